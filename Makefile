@@ -1,0 +1,59 @@
+# Builds, tests and renders with one word each; CMakeLists.txt does the work.
+
+# Debian's and Ubuntu's names.
+packages := g++ cmake ninja-build pkg-config libcli11-dev libfmt-dev libhwy-dev libimath-dev \
+  libopenimageio-dev libpugixml-dev libtbb-dev libgtest-dev libbenchmark-dev
+
+generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
+jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
+
+.PHONY: help deps build test report bench lamp-sampling clean
+
+help:
+	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
+	@echo "make build   build/plumb"
+	@echo "make test    builds and runs all tests"
+	@echo "make report  renders the reference scenes into out/"
+	@echo "make bench   measures the renderer's speed and noise"
+	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
+	@echo "make clean   removes build/ and out/"
+
+deps:
+	@if ! command -v apt-get >/dev/null; then \
+	  echo "No apt-get here. Needed: a C++20 compiler, CMake 3.25, pkg-config and the libraries"; \
+	  echo "OpenImageIO 2.4, Imath 3.1, Highway, oneTBB, fmt, pugixml, CLI11, GoogleTest and"; \
+	  echo "Google Benchmark."; \
+	  exit 0; \
+	fi; \
+	missing=; \
+	for package in $(packages); do \
+	  dpkg-query -W -f '$${db:Status-Status}\n' $$package 2>/dev/null | grep -qx installed || \
+	    missing="$$missing $$package"; \
+	done; \
+	test -z "$$missing" && exit 0; \
+	echo "Installing$$missing"; \
+	test "$$(id -u)" = 0 && root= || root=sudo; \
+	$$root apt-get update -q && \
+	$$root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $$missing
+
+build: deps
+	cmake -S . -B build $(if $(wildcard build/CMakeCache.txt),,-G "$(generator)")
+	cmake --build build --parallel $(jobs)
+
+test: build
+	ctest --test-dir build --output-on-failure -j$(jobs)
+
+report: build
+	@mkdir -p out
+	build/plumb render reference_scenes/cornell/scene.xml --spp 1024 -o out/cornell.exr -o out/cornell.png
+	build/plumb render reference_scenes/seed/scene.xml --spp 1024 -o out/seed.exr -o out/seed.png
+	@echo "Pictures: $(CURDIR)/out/cornell.png and $(CURDIR)/out/seed.png, and as .exr beside them"
+
+bench: build
+	build/render_bench --benchmark_counters_tabular=true
+
+lamp-sampling: build
+	build/lamp_sampling
+
+clean:
+	rm -rf build out

@@ -1,0 +1,247 @@
+#include "images/image.h"
+
+#include <OpenImageIO/color.h>
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <OpenImageIO/strutil.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <system_error>
+
+namespace plumb {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Bytes = std::vector<unsigned char>;
+
+constexpr std::string_view metadata_prefix = "plumbline:";
+constexpr const char* software = "Plumbline " PLUMB_VERSION;
+
+// Rec. 709: x and y of red, green, blue and white (D65).
+constexpr std::array<float, 8> chromaticities = {0.640F, 0.330F, 0.300F,  0.600F,
+                                                 0.150F, 0.060F, 0.3127F, 0.3290F};
+
+[[noreturn]] void fail(const fs::path& file, std::string_view what, std::string_view reason) {
+  throw ImageError(fmt::format("{}: {}: {}", file.string(), what, reason));
+}
+
+[[noreturn]] void fail(const fs::path& file, std::string_view what, int error = errno) {
+  fail(file, what, std::generic_category().message(error));
+}
+
+// Encoding.
+
+Bytes encode(const char* format, const OIIO::ImageSpec& spec, const void* pixels,
+             const fs::path& file) {
+  Bytes bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  const auto output = OIIO::ImageOutput::create(format);
+  if (output == nullptr) fail(file, "cannot encode", OIIO::geterror());
+  // The name is for messages only: the bytes go to `memory`.
+  if (!output->set_ioproxy(&memory) || !output->open(file.string(), spec) ||
+      !output->write_image(spec.format, pixels) || !output->close()) {
+    fail(file, "cannot encode", output->geterror());
+  }
+  return bytes;
+}
+
+Bytes encode_exr(const Image& image, const fs::path& file) {
+  OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(image.channels.size()),
+                       OIIO::TypeDesc::FLOAT);
+  spec.channelnames = image.channels;
+  spec.attribute("compression", "zip");
+  spec.attribute("Software", software);
+  spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, chromaticities.size()),
+                 chromaticities.data());
+  for (const auto& [key, value] : image.metadata) {
+    const std::string name = fmt::format("{}{}", metadata_prefix, key);
+    if (const auto* number = std::get_if<double>(&value)) {
+      spec.attribute(name, OIIO::TypeDesc::DOUBLE, number);
+    } else if (const auto* integer = std::get_if<int>(&value)) {
+      spec.attribute(name, *integer);
+    } else {
+      spec.attribute(name, std::get<std::string>(value));
+    }
+  }
+  return encode("exr", spec, image.values.data(), file);
+}
+
+// The sRGB code of a linear value; 0 for what is no number.
+unsigned char srgb_code(double linear) {
+  const double displayed = linear > 0.0 ? std::min(linear, 1.0) : 0.0;
+  return static_cast<unsigned char>(
+      std::lround(255.0F * OIIO::linear_to_sRGB(static_cast<float>(displayed))));
+}
+
+Bytes encode_png(const Image& image, const fs::path& file, double exposure) {
+  if (image.channels.size() < 3) fail(file, "cannot encode", "a PNG needs three channels");
+  const double gain = std::exp2(exposure);
+  Bytes pixels;
+  pixels.reserve(image.values.size());
+  for (size_t p = 0; p < image.values.size(); p += image.channels.size()) {
+    for (size_t c = 0; c < 3; ++c) pixels.push_back(srgb_code(image.values[p + c] * gain));
+  }
+  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:ColorSpace", "sRGB");
+  spec.attribute("Software", software);
+  return encode("png", spec, pixels.data(), file);
+}
+
+// Files. What is thrown names the path that the caller gave.
+
+// A hidden file beside the target, which takes the target's place when all is written and vanishes
+// when it is not. Symbolic links are written through, and so are devices and pipes.
+class OutputFile {
+ public:
+  explicit OutputFile(const fs::path& file) : file_(file), target_(file) {
+    std::error_code error;
+    const fs::file_status status = fs::status(file, error);
+    if (fs::is_directory(status)) fail(file, "cannot write", EISDIR);
+    if (fs::exists(status) && ::access(file.c_str(), W_OK) != 0) fail(file, "cannot write");
+    if (!fs::exists(status) && status.type() != fs::file_type::not_found) {
+      fail(file, "cannot write", error.message());
+    }
+    is_device_ = fs::exists(status) && !fs::is_regular_file(status);
+    while (fs::is_symlink(fs::symlink_status(target_, error))) {
+      target_ = target_.parent_path() / fs::read_symlink(target_);
+    }
+    if (!is_device_) create_temporary(target_.has_parent_path() ? target_.parent_path() : ".");
+  }
+
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  ~OutputFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  }
+
+  void write(std::span<const unsigned char> bytes) {
+    if (is_device_) descriptor_ = ::open(file_.c_str(), O_WRONLY | O_CLOEXEC);
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+      if (written < 0 && errno != EINTR) fail(file_, "cannot write");
+      bytes = bytes.subspan(static_cast<size_t>(std::max<ssize_t>(written, 0)));
+    }
+    if (is_device_) return;
+    if (::fsync(descriptor_) != 0) fail(file_, "cannot write");
+    if (::close(std::exchange(descriptor_, -1)) != 0) fail(file_, "cannot write");
+    if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(file_, "cannot replace");
+    temporary_.clear();
+  }
+
+ private:
+  void create_temporary(const fs::path& folder) {
+    for (int attempt = 0; descriptor_ < 0; ++attempt) {
+      const fs::path path = folder / fmt::format(".plumb-{}-{}.tmp", ::getpid(), attempt);
+      descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      if (descriptor_ < 0 && errno != EEXIST) {
+        fail(file_, fmt::format("cannot create a file in {}", folder.string()));
+      }
+      if (descriptor_ >= 0) temporary_ = path;
+    }
+  }
+
+  fs::path file_;
+  fs::path target_;
+  fs::path temporary_;
+  bool is_device_ = false;
+  int descriptor_ = -1;
+};
+
+Bytes read_all(const fs::path& file) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"),
+                                                               &std::fclose);
+  if (stream == nullptr) fail(file, "cannot open");
+  Bytes bytes;
+  std::array<unsigned char, 1 << 16> buffer;
+  while (const size_t count = std::fread(buffer.data(), 1, buffer.size(), stream.get())) {
+    bytes.insert(bytes.end(), buffer.begin(), buffer.begin() + count);
+  }
+  if (std::ferror(stream.get()) != 0) fail(file, "cannot read");
+  return bytes;
+}
+
+// Decoding.
+
+Metadata read_metadata(const OIIO::ImageSpec& spec) {
+  Metadata metadata;
+  for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
+    const std::string_view name = attribute.name().string();
+    if (!name.starts_with(metadata_prefix)) continue;
+    const std::string key(name.substr(metadata_prefix.size()));
+    if (attribute.type() == OIIO::TypeDesc::STRING) {
+      metadata.emplace_back(key, attribute.get_string());
+    } else if (attribute.type() == OIIO::TypeDesc::INT) {
+      metadata.emplace_back(key, attribute.get_int());
+    } else if (attribute.type() == OIIO::TypeDesc::DOUBLE) {
+      metadata.emplace_back(key, attribute.get<double>());
+    }
+  }
+  return metadata;
+}
+
+Image decode_exr(const Bytes& bytes, const fs::path& file) {
+  OIIO::Filesystem::IOMemReader memory(bytes.data(), bytes.size());
+  const auto input = OIIO::ImageInput::create("exr");
+  if (input == nullptr) fail(file, "cannot decode", OIIO::geterror());
+  OIIO::ImageSpec spec;
+  if (!input->set_ioproxy(&memory) || !input->open(file.string(), spec)) {
+    fail(file, "not an EXR image", input->geterror());
+  }
+  if (spec.deep) fail(file, "cannot decode", "deep images hold no plain picture");
+  Image image{spec.width, spec.height, spec.channelnames, {}, read_metadata(spec)};
+  image.values.resize(spec.image_pixels() * static_cast<size_t>(spec.nchannels));
+  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.values.data())) {
+    fail(file, "damaged EXR image", input->geterror());
+  }
+  return image;
+}
+
+}  // namespace
+
+ImageFormat image_format(const std::filesystem::path& file) {
+  const std::string extension = OIIO::Strutil::lower(file.extension().string());
+  if (extension == ".exr") return ImageFormat::exr;
+  if (extension == ".png") return ImageFormat::png;
+  fail(file, "unknown image format", "the name must end in .exr or .png");
+}
+
+void check_writable(const fs::path& file) { const OutputFile output(file); }
+
+void write_image(const Image& image, const std::filesystem::path& file, double exposure) {
+  const auto pixels = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
+  if (pixels == 0 || image.values.size() != pixels * image.channels.size()) {
+    fail(file, "cannot encode",
+         fmt::format("{} values for {} x {} pixels of {} channels", image.values.size(),
+                     image.width, image.height, image.channels.size()));
+  }
+  const Bytes bytes = image_format(file) == ImageFormat::exr ? encode_exr(image, file)
+                                                             : encode_png(image, file, exposure);
+  OutputFile(file).write(bytes);
+}
+
+Image read_image(const std::filesystem::path& file) {
+  const Bytes bytes = read_all(file);
+  if (bytes.empty()) fail(file, "not an EXR image", "the file is empty");
+  try {
+    return decode_exr(bytes, file);
+  } catch (const ImageError&) {
+    throw;
+  } catch (const std::exception& error) {
+    fail(file, "damaged EXR image", error.what());
+  }
+}
+
+}  // namespace plumb

@@ -1,0 +1,395 @@
+// What may be relied on about pictures in files.
+#include "images/image.h"
+
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <bit>
+#include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <fstream>
+#include <limits>
+#include <set>
+
+namespace plumb {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Each test has an empty folder of its own.
+class ImageTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder = fs::path(testing::TempDir()) /
+             ("plumb-" + std::to_string(getpid()) + "-" + std::string(test->name()));
+    fs::create_directories(folder);
+  }
+
+  void TearDown() override {
+    fs::permissions(folder, fs::perms::owner_all);
+    fs::remove_all(folder);
+  }
+
+  std::set<std::string> names_in_folder() const {
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      names.insert(entry.path().filename().string());
+    }
+    return names;
+  }
+
+  fs::path folder;
+};
+
+using Names = std::set<std::string>;
+
+// Values from 0 to 1 that don't compress well.
+Image noise(int width, int height) {
+  Image image{width, height, {"R", "G", "B"}, {}, {}};
+  uint32_t state = 1;
+  for (int i = 0; i < width * height * 3; ++i) {
+    state = state * 1664525U + 1013904223U;
+    image.values.push_back(static_cast<float>(state >> 8) / 16777216.0F);
+  }
+  return image;
+}
+
+std::string bytes_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+std::vector<unsigned char> png_pixels(const fs::path& file) {
+  const auto input = OIIO::ImageInput::open(file.string());
+  if (input == nullptr) throw std::runtime_error(OIIO::geterror());
+  const OIIO::ImageSpec& spec = input->spec();
+  EXPECT_EQ(spec.format, OIIO::TypeDesc::UINT8);
+  EXPECT_EQ(spec.nchannels, 3);
+  std::vector<unsigned char> pixels(spec.image_pixels() * 3);
+  EXPECT_TRUE(input->read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, pixels.data()));
+  return pixels;
+}
+
+// The message of the ImageError that `call` throws.
+template <typename Call>
+std::string error_of(Call call) {
+  try {
+    call();
+  } catch (const ImageError& error) {
+    return error.what();
+  }
+  return "no ImageError";
+}
+
+// Expects an error that names the file and gives the reason.
+void expect_error(const std::string& message, const fs::path& file, const std::string& reason) {
+  EXPECT_NE(message.find(file.string()), std::string::npos) << message;
+  EXPECT_NE(message.find(reason), std::string::npos) << message;
+}
+
+// Files can't grow beyond some size while this lives, as on a full disk.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) {
+    old_action_ = std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &old_limit_);
+    rlimit limit = old_limit_;
+    limit.rlim_cur = bytes;
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &old_limit_);
+    std::signal(SIGXFSZ, old_action_);
+  }
+
+ private:
+  rlimit old_limit_{};
+  void (*old_action_)(int) = SIG_DFL;
+};
+
+// EXR
+
+TEST_F(ImageTest, ExrKeepsEveryBitOfEveryChannel) {
+  using Limits = std::numeric_limits<float>;
+  const std::vector<float> specials = {0.0F,
+                                       -0.0F,
+                                       -1.5F,
+                                       1.0F / 3.0F,
+                                       Limits::quiet_NaN(),
+                                       -Limits::quiet_NaN(),
+                                       Limits::infinity(),
+                                       -Limits::infinity(),
+                                       Limits::denorm_min(),
+                                       -Limits::denorm_min(),
+                                       Limits::max(),
+                                       Limits::lowest()};
+  Image image{7, 5, {"R", "G", "B", "variance.R", "variance.G", "variance.B"}, {}, {}};
+  for (size_t i = 0; i < 7 * 5 * 6; ++i) {
+    image.values.push_back(i % 3 == 0 ? specials[i / 3 % specials.size()] : float(i) * 0.1F);
+  }
+  write_image(image, folder / "picture.exr");
+  const Image read = read_image(folder / "picture.exr");
+
+  EXPECT_EQ(read.width, 7);
+  EXPECT_EQ(read.height, 5);
+  EXPECT_EQ(read.channels, image.channels);
+  ASSERT_EQ(read.values.size(), image.values.size());
+  for (size_t i = 0; i < image.values.size(); ++i) {
+    EXPECT_EQ(std::bit_cast<uint32_t>(read.values[i]), std::bit_cast<uint32_t>(image.values[i]))
+        << "value " << i;
+  }
+}
+
+TEST_F(ImageTest, ExrKeepsMetadataWithTypesInTheOrderOfNames) {
+  Image image = noise(2, 2);
+  image.metadata = {{"a text", "Cornell box: \"red\", größer"},
+                    {"b number", 0.1},
+                    {"c count", -7},
+                    {"d tiny", std::numeric_limits<double>::denorm_min()},
+                    {"e long", std::string(2000, 'x')},
+                    {"f whole number", 3.0},
+                    {"g", std::numeric_limits<int>::max()}};
+  write_image(image, folder / "picture.exr");
+  EXPECT_EQ(read_image(folder / "picture.exr").metadata, image.metadata);
+}
+
+TEST_F(ImageTest, ExrTellsOtherProgramsWhoMadeItAndInWhichColours) {
+  Image image = noise(2, 2);
+  image.metadata = {{"method", "mis"}};
+  write_image(image, folder / "picture.exr");
+  const auto input = OIIO::ImageInput::open((folder / "picture.exr").string());
+  ASSERT_NE(input, nullptr);
+  const OIIO::ImageSpec& spec = input->spec();
+  EXPECT_EQ(spec.format, OIIO::TypeDesc::FLOAT);
+  EXPECT_EQ(spec.get_string_attribute("compression"), "zip");
+  EXPECT_EQ(spec.get_string_attribute("Software"), "Plumbline " PLUMB_VERSION);
+  EXPECT_EQ(spec.get_string_attribute("plumbline:method"), "mis");
+  const auto* colours = spec.find_attribute("chromaticities");
+  ASSERT_NE(colours, nullptr);
+  EXPECT_FLOAT_EQ(colours->get<float>(0), 0.64F);
+  EXPECT_FLOAT_EQ(colours->get<float>(7), 0.329F);
+}
+
+// PNG
+
+double srgb(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+}
+
+TEST_F(ImageTest, PngHoldsTheNearestSrgbCodes) {
+  Image image{256, 3, {"R", "G", "B"}, {}, {}};
+  for (int i = 0; i < 256 * 3 * 3; ++i) {
+    image.values.push_back(static_cast<float>(i) / (256.0F * 9.0F));
+  }
+  write_image(image, folder / "picture.png");
+  const auto codes = png_pixels(folder / "picture.png");
+  ASSERT_EQ(codes.size(), image.values.size());
+  for (size_t i = 0; i < codes.size(); ++i) {
+    EXPECT_NEAR(codes[i], 255.0 * srgb(double{image.values[i]}), 0.5001) << image.values[i];
+  }
+}
+
+TEST_F(ImageTest, PngIsBrightenedByPowersOfTwo) {
+  Image image{1, 1, {"R", "G", "B"}, {0.05F, 0.1F, 0.2F}, {}};
+  for (const double exposure : {-1.5, 0.0, 2.0}) {
+    write_image(image, folder / "picture.png", exposure);
+    const auto codes = png_pixels(folder / "picture.png");
+    for (size_t c = 0; c < 3; ++c) {
+      EXPECT_NEAR(codes[c], 255.0 * srgb(double{image.values[c]} * std::exp2(exposure)), 0.5001);
+    }
+  }
+}
+
+TEST_F(ImageTest, PngClampsAndShowsWhatIsNoNumberAsBlack) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  const Image image{
+      3, 1, {"R", "G", "B"}, {nan, -nan, -1, -infinity, 0, 1, 1.01F, infinity, 1e30F}, {}};
+  write_image(image, folder / "picture.png");
+  EXPECT_EQ(png_pixels(folder / "picture.png"),
+            (std::vector<unsigned char>{0, 0, 0, 0, 0, 255, 255, 255, 255}));
+}
+
+TEST_F(ImageTest, PngShowsTheFirstThreeChannels) {
+  const Image image{2, 1, {"R", "G", "B", "variance.R"}, {1, 0, 1, 9, 0, 1, 0, 9}, {}};
+  write_image(image, folder / "picture.png");
+  EXPECT_EQ(png_pixels(folder / "picture.png"),
+            (std::vector<unsigned char>{255, 0, 255, 0, 255, 0}));
+}
+
+// Names
+
+TEST(ImageFormat, FollowsTheExtensionInEitherCase) {
+  EXPECT_EQ(image_format("out/a.exr"), ImageFormat::exr);
+  EXPECT_EQ(image_format("A.EXR"), ImageFormat::exr);
+  EXPECT_EQ(image_format("a.b.png"), ImageFormat::png);
+}
+
+TEST(ImageFormat, RefusesOtherExtensions) {
+  for (const char* name : {"a.jpg", "a", "exr", ".exr", "a.exr.gz", ""}) {
+    EXPECT_THROW(image_format(name), ImageError) << name;
+  }
+}
+
+// Writing
+
+TEST_F(ImageTest, WritingReplacesTheFileAndLeavesNothingElse) {
+  write_text(folder / "picture.exr", "earlier");
+  write_image(noise(4, 4), folder / "picture.exr");
+  EXPECT_EQ(read_image(folder / "picture.exr").values, noise(4, 4).values);
+  EXPECT_EQ(names_in_folder(), Names{"picture.exr"});
+}
+
+TEST_F(ImageTest, FullDiskLeavesTheEarlierFileAndNothingElse) {
+  for (const char* name : {"picture.exr", "picture.png"}) {
+    const fs::path file = folder / name;
+    write_text(file, "earlier");
+    {
+      const FullDisk full(4096);
+      expect_error(error_of([&] { write_image(noise(100, 100), file); }), file, "too large");
+    }
+    EXPECT_EQ(bytes_of(file), "earlier");
+  }
+  EXPECT_EQ(names_in_folder(), (Names{"picture.exr", "picture.png"}));
+}
+
+TEST_F(ImageTest, FolderAsTargetIsRefused) {
+  const fs::path file = folder / "folder.exr";
+  fs::create_directory(file);
+  expect_error(error_of([&] { write_image(noise(2, 2), file); }), file, "Is a directory");
+  expect_error(error_of([&] { check_writable(file); }), file, "Is a directory");
+  EXPECT_EQ(names_in_folder(), Names{"folder.exr"});
+}
+
+TEST_F(ImageTest, MissingFolderIsRefused) {
+  const fs::path file = folder / "missing" / "picture.exr";
+  expect_error(error_of([&] { write_image(noise(2, 2), file); }), file, "No such file");
+  expect_error(error_of([&] { check_writable(file); }), file, "No such file");
+}
+
+TEST_F(ImageTest, ProtectedFolderAndProtectedFileAreRefused) {
+  if (geteuid() == 0) GTEST_SKIP() << "permissions don't hold the superuser back";
+  const fs::path file = folder / "picture.exr";
+  write_text(file, "earlier");
+  fs::permissions(file, fs::perms::owner_read);
+  expect_error(error_of([&] { check_writable(file); }), file, "Permission denied");
+  fs::permissions(file, fs::perms::owner_all);
+  fs::permissions(folder, fs::perms::owner_read | fs::perms::owner_exec);
+  expect_error(error_of([&] { check_writable(file); }), file, "Permission denied");
+  expect_error(error_of([&] { write_image(noise(2, 2), file); }), file, "Permission denied");
+  EXPECT_EQ(bytes_of(file), "earlier");
+}
+
+TEST_F(ImageTest, LinksAreWrittenThrough) {
+  fs::create_directory(folder / "elsewhere");
+  fs::create_symlink("second.exr", folder / "first.exr");
+  fs::create_symlink("elsewhere/picture.exr", folder / "second.exr");
+  for (int i = 1; i <= 2; ++i) {  // to a file that isn't there yet, then to one that is
+    write_image(noise(i, i), folder / "first.exr");
+    EXPECT_TRUE(fs::is_symlink(folder / "first.exr"));
+    EXPECT_TRUE(fs::is_symlink(folder / "second.exr"));
+    EXPECT_EQ(read_image(folder / "elsewhere" / "picture.exr").width, i);
+  }
+}
+
+TEST_F(ImageTest, LinkToItselfIsRefused) {
+  const fs::path file = folder / "loop.exr";
+  fs::create_symlink("loop.exr", file);
+  expect_error(error_of([&] { write_image(noise(2, 2), file); }), file, "symbolic links");
+}
+
+TEST_F(ImageTest, DevicesAreWrittenToAndStay) {
+  if (!fs::is_character_file("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
+  const fs::path full = folder / "full.exr";
+  const fs::path null = folder / "null.exr";
+  fs::create_symlink("/dev/full", full);
+  fs::create_symlink("/dev/null", null);
+  EXPECT_NO_THROW(check_writable(null));
+  EXPECT_NO_THROW(write_image(noise(2, 2), null));
+  expect_error(error_of([&] { write_image(noise(2, 2), full); }), full, "No space left");
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST_F(ImageTest, CheckingLeavesNoTrace) {
+  write_text(folder / "picture.exr", "earlier");
+  check_writable(folder / "picture.exr");
+  check_writable(folder / "other.png");
+  EXPECT_EQ(bytes_of(folder / "picture.exr"), "earlier");
+  EXPECT_EQ(names_in_folder(), Names{"picture.exr"});
+}
+
+TEST_F(ImageTest, WrongNumbersOfValuesAreRefused) {
+  Image image = noise(2, 2);
+  image.values.pop_back();
+  EXPECT_THROW(write_image(image, folder / "picture.exr"), ImageError);
+  EXPECT_THROW(write_image(Image{}, folder / "picture.exr"), ImageError);
+  const Image gray{1, 1, {"Y"}, {1.0F}, {}};
+  EXPECT_THROW(write_image(gray, folder / "picture.png"), ImageError);
+  EXPECT_TRUE(names_in_folder().empty());
+}
+
+// Reading what isn't fit to be read
+
+TEST_F(ImageTest, ReadingAMissingFileIsAnError) {
+  const fs::path file = folder / "missing.exr";
+  expect_error(error_of([&] { read_image(file); }), file, "No such file");
+}
+
+TEST_F(ImageTest, ReadingAFolderIsAnError) {
+  const fs::path file = folder / "folder.exr";
+  fs::create_directory(file);
+  expect_error(error_of([&] { read_image(file); }), file, "Is a directory");
+}
+
+TEST_F(ImageTest, ReadingAnEmptyFileIsAnError) {
+  const fs::path file = folder / "empty.exr";
+  write_text(file, "");
+  expect_error(error_of([&] { read_image(file); }), file, "empty");
+}
+
+TEST_F(ImageTest, ReadingSomethingElseIsAnError) {
+  const fs::path file = folder / "text.exr";
+  write_text(file, "This is no picture, whatever its name says.\n");
+  expect_error(error_of([&] { read_image(file); }), file, "not an EXR image");
+  write_image(noise(4, 4), folder / "picture.png");
+  expect_error(error_of([&] { read_image(folder / "picture.png"); }), folder / "picture.png",
+               "not an EXR image");
+}
+
+TEST_F(ImageTest, ReadingACutFileIsAnErrorWhereverItIsCut) {
+  const fs::path file = folder / "picture.exr";
+  write_image(noise(40, 40), file);
+  const std::string whole = bytes_of(file);
+  for (size_t size = 0; size < whole.size(); size += 1 + size / 20) {
+    write_text(file, whole.substr(0, size));
+    expect_error(error_of([&] { read_image(file); }), file, "EXR image");
+  }
+  write_text(file, whole.substr(0, whole.size() - 1));
+  expect_error(error_of([&] { read_image(file); }), file, "damaged EXR image");
+}
+
+TEST_F(ImageTest, ReadingADamagedFileDoesNotCrash) {
+  const fs::path file = folder / "picture.exr";
+  write_image(noise(20, 20), file);
+  const std::string whole = bytes_of(file);
+  for (size_t i = 0; i < whole.size(); i += 1 + whole.size() / 200) {
+    std::string damaged = whole;
+    damaged[i] = static_cast<char>(~damaged[i]);
+    write_text(file, damaged);
+    error_of([&] { read_image(file); });
+  }
+}
+
+}  // namespace
+}  // namespace plumb
