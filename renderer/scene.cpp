@@ -1,0 +1,45 @@
+#include "renderer/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace plumb {
+
+Vec3 Polygon::normal() const {
+  Vec3 sum(0.0);
+  for (size_t i = 0; i < corners.size(); ++i) {
+    sum += (corners[i] - corners[0]).cross(corners[(i + 1) % corners.size()] - corners[0]);
+  }
+  return sum.normalized();
+}
+
+bool Polygon::is_parallelogram() const {
+  if (corners.size() != 4) return false;
+  const Vec3 gap = (corners[0] - corners[1]) + (corners[2] - corners[3]);
+  const double size = (corners[2] - corners[0]).length() + (corners[3] - corners[1]).length();
+  return gap.length() <= 1e-12 * size;
+}
+
+bool Polygon::is_rectangle() const {
+  if (!is_parallelogram()) return false;
+  const Vec3 x = (corners[1] - corners[0]).normalized();
+  const Vec3 y = (corners[3] - corners[0]).normalized();
+  return std::abs(x.dot(y)) <= 1e-9;
+}
+
+double Camera::half_width() const {
+  const double tangent = std::tan(fov_degrees * std::numbers::pi / 360.0);
+  const double w = width;
+  const double h = height;
+  switch (fov_axis) {
+    case FovAxis::x: return tangent;
+    case FovAxis::y: return tangent * w / h;
+    case FovAxis::diagonal: return tangent * w / std::hypot(w, h);
+    case FovAxis::smaller: return w <= h ? tangent : tangent * w / h;
+    case FovAxis::larger: return w >= h ? tangent : tangent * w / h;
+  }
+  return tangent;
+}
+
+}  // namespace plumb

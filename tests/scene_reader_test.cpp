@@ -1,0 +1,688 @@
+#include "renderer/scene_reader.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <clocale>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace plumb {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string film = R"(<film type="hdrfilm"><rfilter type="box"/></film>)";
+const std::string sensor =
+    R"(<sensor type="perspective"><float name="fov" value="40"/>)" + film + "</sensor>";
+const std::string face_normals = R"(<boolean name="face_normals" value="true"/>)";
+
+class SceneReader : public testing::Test {
+ protected:
+  SceneReader() {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::temp_directory_path() / fmt::format("plumb_{}_{}", test->name(), getpid());
+    fs::create_directories(folder_);
+  }
+  ~SceneReader() override { fs::remove_all(folder_); }
+
+  fs::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return folder_ / name;
+  }
+
+  // A scene with a sensor on line 2 and the elements from line 3 on.
+  Scene read(const std::string& elements) const {
+    return read_scene(write(
+        "test.xml", fmt::format("<scene version=\"3.0.0\">\n{}\n{}\n</scene>", sensor, elements)));
+  }
+  Shape read_shape(const std::string& type, const std::string& inside) const {
+    return read(fmt::format(R"(<shape type="{}">{}</shape>)", type, inside)).shapes.at(0);
+  }
+  Mesh read_mesh(const std::string& type, const std::string& steps = "") const {
+    const std::string transform =
+        fmt::format(R"(<transform name="to_world">{}</transform>)", steps);
+    return std::get<Mesh>(read_shape(type, transform).geometry);
+  }
+  Sphere read_sphere(const std::string& inside) const {
+    return std::get<Sphere>(read_shape("sphere", inside).geometry);
+  }
+  Mesh read_obj(const std::string& text, const std::string& steps = "") const {
+    write("test.obj", text);
+    return std::get<Mesh>(read_shape("obj", R"(<string name="filename" value="test.obj"/>)" +
+                                                face_normals + R"(<transform name="to_world">)" +
+                                                steps + "</transform>")
+                              .geometry);
+  }
+  Camera read_camera(const std::string& inside) const {
+    return read_scene(write("test.xml", R"(<scene version="3.0.0"><sensor type="perspective">)" +
+                                            inside + "</sensor></scene>"))
+        .camera;
+  }
+  Camera read_placed_camera(const std::string& steps) const {
+    return read_camera(R"(<float name="fov" value="40"/>)" + film +
+                       R"(<transform name="to_world">)" + steps + "</transform>");
+  }
+
+  std::string error_of(const fs::path& file) const {
+    try {
+      read_scene(file);
+    } catch (const SceneError& error) {
+      return error.what();
+    }
+    return "not refused";
+  }
+
+  // The message starts with the file and the line, and holds these words.
+  static void expect_message(const std::string& message, const fs::path& file, int line,
+                             const std::string& words) {
+    EXPECT_TRUE(message.starts_with(fmt::format("{}:{}: ", file.string(), line)) &&
+                message.find(words) != message.npos)
+        << message << "\nis not about line " << line << ", " << words;
+  }
+
+  fs::path folder_;
+};
+
+void expect_near(const Vec3& actual, const Vec3& expected) {
+  EXPECT_LT((actual - expected).length(), 1e-12)
+      << fmt::format("({}, {}, {}) is not ({}, {}, {})", actual.x, actual.y, actual.z, expected.x,
+                     expected.y, expected.z);
+}
+
+void expect_corners(const Polygon& polygon, const std::vector<Vec3>& expected) {
+  ASSERT_EQ(polygon.corners.size(), expected.size());
+  for (size_t i = 0; i < expected.size(); ++i) expect_near(polygon.corners[i], expected[i]);
+}
+
+std::string diffuse(const std::string& value) {
+  return fmt::format(R"(<bsdf type="diffuse"><rgb name="reflectance" value="{}"/></bsdf>)", value);
+}
+
+// The scene.
+
+TEST_F(SceneReader, NamesASceneAfterItsFileOrItsFolder) {
+  const std::string text = "<scene version=\"3.0.0\">" + sensor + "</scene>";
+  EXPECT_EQ(read_scene(write("box.xml", text)).name, "box");
+  EXPECT_EQ(read_scene(write("scene.xml", text)).name, folder_.filename().string());
+}
+
+TEST_F(SceneReader, HashesTheFileAndTheObjFilesInOrder) {
+  write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const std::string shape =
+      "<shape type=\"obj\"><string name=\"filename\" value=\"a.obj\"/>" + face_normals + "</shape>";
+  const fs::path file =
+      write("test.xml", "<scene version=\"3.0.0\">" + sensor + shape + "</scene>\n");
+  // sha1sum of test.xml and a.obj, one after the other
+  EXPECT_EQ(read_scene(file).hash, "c240d4f487a1f36b5b5bb56f982aa051ef42865a");
+  write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n");
+  EXPECT_NE(read_scene(file).hash, "c240d4f487a1f36b5b5bb56f982aa051ef42865a");
+}
+
+TEST_F(SceneReader, ReadsASceneWithoutShapes) {
+  EXPECT_TRUE(read("").shapes.empty());
+  EXPECT_TRUE(read("<!-- nothing -->").shapes.empty());
+}
+
+TEST_F(SceneReader, KeepsShapesInOrderWithTheirIds) {
+  const Scene scene = read(R"(<shape type="cube" id="b"/><shape type="sphere" id="a"/>)"
+                           R"(<shape type="sphere"/>)");
+  ASSERT_EQ(scene.shapes.size(), 3u);
+  EXPECT_EQ(scene.shapes[0].id, "b");
+  EXPECT_EQ(scene.shapes[1].id, "a");
+  EXPECT_EQ(scene.shapes[2].id, "");
+}
+
+TEST_F(SceneReader, ReplacesDefaults) {
+  EXPECT_EQ(read_sphere(R"(<float name="radius" value="2"/>)").radius, 2.0);
+  const auto radius = [&](const std::string& defaults, const std::string& value) {
+    const Scene scene = read(defaults + R"(<shape type="sphere"><float name="radius" value=")" +
+                             value + R"("/></shape>)");
+    return std::get<Sphere>(scene.shapes.at(0).geometry).radius;
+  };
+  EXPECT_EQ(radius(R"(<default name="r" value="3"/>)", "$r"), 3.0);
+  EXPECT_EQ(radius(R"(<default name="r" value="3"/>)", "1$r.5"), 13.5);
+  EXPECT_EQ(radius(R"(<default name="r" value="3"/><default name="rr" value="4"/>)", "$rr"), 4.0);
+  EXPECT_EQ(radius(R"(<default name="r" value="3"/><default name="s" value="$r"/>)", "$s"), 3.0);
+}
+
+// The camera.
+
+TEST_F(SceneReader, LooksAlongZWithXToTheLeftUnlessTransformed) {
+  const Camera camera = read("").camera;
+  expect_near(camera.origin, {0, 0, 0});
+  expect_near(camera.forward, {0, 0, 1});
+  expect_near(camera.right, {-1, 0, 0});
+  expect_near(camera.up, {0, 1, 0});
+  EXPECT_EQ(camera.fov_degrees, 40.0);
+  EXPECT_EQ(camera.fov_axis, Camera::FovAxis::x);
+  EXPECT_EQ(camera.width, 768);
+  EXPECT_EQ(camera.height, 576);
+}
+
+TEST_F(SceneReader, PlacesTheCamera) {
+  const Camera camera =
+      read_placed_camera(R"(<lookat origin="1,2,3" target="1,2,-5" up="1,1,0"/>)");
+  expect_near(camera.origin, {1, 2, 3});
+  expect_near(camera.forward, {0, 0, -1});
+  expect_near(camera.right, Vec3(1, -1, 0).normalized());
+  expect_near(camera.up, Vec3(1, 1, 0).normalized());
+}
+
+TEST_F(SceneReader, MirrorsTheImageAsMitsubaDoes) {
+  const Camera camera = read_placed_camera(R"(<scale x="-1"/>)");
+  expect_near(camera.right, {1, 0, 0});
+  expect_near(camera.up, {0, 1, 0});
+  expect_near(camera.forward, {0, 0, 1});
+}
+
+TEST_F(SceneReader, ReadsTheFovAxis) {
+  using Axis = Camera::FovAxis;
+  const std::pair<std::string, Axis> axes[] = {{"x", Axis::x},
+                                               {"y", Axis::y},
+                                               {"diagonal", Axis::diagonal},
+                                               {"smaller", Axis::smaller},
+                                               {"larger", Axis::larger}};
+  for (const auto& [name, axis] : axes) {
+    const Camera camera = read_camera(R"(<float name="fov" value="1e1"/>)" + film +
+                                      R"(<string name="fov_axis" value=")" + name + "\"/>");
+    EXPECT_EQ(camera.fov_axis, axis);
+    EXPECT_EQ(camera.fov_degrees, 10.0);
+  }
+}
+
+TEST_F(SceneReader, ReadsTheFilm) {
+  const Camera camera = read_camera(R"(<float name="fov" value="40"/><film type="hdrfilm" id="f">
+      <integer name="width" value="640"/><integer name="height" value="8192"/>
+      <string name="pixel_format" value="rgb"/><string name="component_format" value="float32"/>
+      <rfilter type="box"/></film>)");
+  EXPECT_EQ(camera.width, 640);
+  EXPECT_EQ(camera.height, 8192);
+}
+
+// Shapes.
+
+TEST_F(SceneReader, ReadsARectangle) {
+  const Mesh mesh = read_mesh("rectangle");
+  ASSERT_EQ(mesh.size(), 1u);
+  expect_corners(mesh[0], {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}});
+  expect_near(mesh[0].normal(), {0, 0, 1});
+}
+
+TEST_F(SceneReader, KeepsARectanglesNormalOnItsSideWhenMirrored) {
+  expect_near(read_mesh("rectangle", R"(<scale x="-1"/>)")[0].normal(), {0, 0, 1});
+  expect_near(read_mesh("rectangle", R"(<scale z="-1"/>)")[0].normal(), {0, 0, -1});
+  expect_near(read_mesh("rectangle", R"(<scale value="-1"/>)")[0].normal(), {0, 0, -1});
+}
+
+TEST_F(SceneReader, ReadsACubeWithNormalsOutwards) {
+  for (const std::string steps : {"", R"(<scale x="-1"/>)", R"(<scale value="-1"/>)"}) {
+    const Mesh mesh = read_mesh("cube", steps);
+    ASSERT_EQ(mesh.size(), 6u);
+    Vec3 sum(0.0);
+    for (const Polygon& face : mesh) {
+      ASSERT_EQ(face.corners.size(), 4u);
+      expect_near((face.corners[0] + face.corners[1] + face.corners[2] + face.corners[3]) / 4.0,
+                  face.normal());
+      EXPECT_DOUBLE_EQ((face.corners[0] - face.corners[1]).length(), 2.0);
+      EXPECT_DOUBLE_EQ((face.corners[1] - face.corners[2]).length(), 2.0);
+      sum += face.normal() * face.normal();
+    }
+    expect_near(sum, {2, 2, 2});
+  }
+}
+
+TEST_F(SceneReader, ReadsASphere) {
+  expect_near(read_sphere("").center, {0, 0, 0});
+  EXPECT_EQ(read_sphere("").radius, 1.0);
+  const Sphere sphere =
+      read_sphere(R"(<point name="center" x="1" y="2" z="3"/><float name="radius" value="2"/>
+                     <transform name="to_world"><scale value="2"/><translate x="1"/></transform>)");
+  expect_near(sphere.center, {3, 4, 6});
+  EXPECT_NEAR(sphere.radius, 4.0, 1e-12);
+  expect_near(read_sphere(R"(<point name="center" value="1, 2, 3"/>)").center, {1, 2, 3});
+}
+
+TEST_F(SceneReader, ReadsObjFacesAsTheyAre) {
+  const Mesh mesh = read_obj(
+      "# two faces\r\nmtllib none.mtl\no one\ng two\ns off\nusemtl three\n"
+      "v 0 0 0\nv 1 0 0 # a corner\n  v\t1 1 0\nv 0 1 -0.0\nv 5e-1 .5 +2.\nvn 0 0 1\nvt 0 0\n\n"
+      "f 1 2 3 4\nf 1/1/1 2//1 5/1\n");
+  ASSERT_EQ(mesh.size(), 2u);
+  expect_corners(mesh[0], {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}});
+  expect_corners(mesh[1], {{0, 0, 0}, {1, 0, 0}, {0.5, 0.5, 2}});
+}
+
+TEST_F(SceneReader, TransformsObjFacesAndKeepsTheOrderOfTheirCorners) {
+  const Mesh mesh = read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", R"(<scale x="-1"/>)");
+  expect_corners(mesh.at(0), {{0, 0, 0}, {-1, 0, 0}, {0, 1, 0}});
+  expect_near(mesh[0].normal(), {0, 0, -1});
+}
+
+TEST_F(SceneReader, ReadsObjNumbersInDoublePrecision) {
+  EXPECT_EQ(read_obj("v 0 0 0\nv 552.8 0 0\nv 0 1 0\nf 1 2 3")[0].corners[1].x, 552.8);
+}
+
+TEST_F(SceneReader, CutsQuadsThatAreNotFlatOrNotConvex) {
+  for (const std::string third : {"1 1 0.001", "0.2 0.2 0"}) {
+    const Mesh mesh = read_obj("v 0 0 0\nv 1 0 0\nv " + third + "\nv 0 1 0\nf 1 2 3 4\n");
+    ASSERT_EQ(mesh.size(), 2u) << third;
+    const Vec3 c = mesh[0].corners[2];
+    expect_corners(mesh[0], {{0, 0, 0}, {1, 0, 0}, c});
+    expect_corners(mesh[1], {{0, 0, 0}, c, {0, 1, 0}});
+  }
+  EXPECT_EQ(read_obj("v 0 0 0\nv 1 0 0\nv 1 1 1e-7\nv 0 1 0\nf 1 2 3 4\n").size(), 1u);
+}
+
+// BSDFs and lamps.
+
+TEST_F(SceneReader, GivesShapesADiffuseBsdfUnlessToldOtherwise) {
+  for (const std::string inside : {"", R"(<bsdf type="diffuse"/>)"}) {
+    const Shape shape = read_shape("cube", inside);
+    EXPECT_EQ(shape.bsdf.kind, Bsdf::Kind::diffuse);
+    EXPECT_EQ(shape.bsdf.reflectance, Rgb(0.5));
+    EXPECT_FALSE(shape.bsdf.two_sided);
+    EXPECT_FALSE(shape.is_lamp());
+  }
+}
+
+TEST_F(SceneReader, ReadsColours) {
+  const auto reflectance = [&](const std::string& value) {
+    return read_shape("cube", diffuse(value)).bsdf.reflectance;
+  };
+  const Rgb expected(0.1, 0.25, 1.0);
+  for (const std::string value :
+       {"0.1 0.25 1", "0.1, 0.25, 1", "0.1,0.25,1", " .1\n+0.25 ,1e0 ", "0.1\t25e-2  1."}) {
+    EXPECT_EQ(reflectance(value), expected) << value;
+  }
+  EXPECT_EQ(reflectance("0.3"), Rgb(0.3));
+}
+
+TEST_F(SceneReader, ReadsAConductor) {
+  const std::string none = R"(<string name="material" value="none"/>)";
+  Bsdf bsdf = read_shape("cube", R"(<bsdf type="conductor">)" + none + "</bsdf>").bsdf;
+  EXPECT_EQ(bsdf.kind, Bsdf::Kind::conductor);
+  EXPECT_EQ(bsdf.reflectance, Rgb(1.0));
+  EXPECT_FALSE(bsdf.two_sided);
+  bsdf = read_shape("cube",
+                    R"(<bsdf type="conductor"><rgb name="specular_reflectance" value="0.9"/>)" +
+                        none + "</bsdf>")
+             .bsdf;
+  EXPECT_EQ(bsdf.reflectance, Rgb(0.9));
+}
+
+TEST_F(SceneReader, ReadsTwoSidedBsdfs) {
+  const Bsdf matte =
+      read_shape("cube", R"(<bsdf type="twosided">)" + diffuse("0.2") + "</bsdf>").bsdf;
+  EXPECT_EQ(matte.kind, Bsdf::Kind::diffuse);
+  EXPECT_EQ(matte.reflectance, Rgb(0.2));
+  EXPECT_TRUE(matte.two_sided);
+  const Bsdf mirror =
+      read(R"(<bsdf type="conductor" id="steel"><string name="material" value="none"/></bsdf>)"
+           R"(<shape type="cube"><bsdf type="twosided"><ref id="steel"/></bsdf></shape>)")
+          .shapes.at(0)
+          .bsdf;
+  EXPECT_EQ(mirror.kind, Bsdf::Kind::conductor);
+  EXPECT_TRUE(mirror.two_sided);
+}
+
+TEST_F(SceneReader, FollowsReferencesBothWays) {
+  const std::string red =
+      R"(<bsdf type="diffuse" id="red"><rgb name="reflectance" value="1 0 0"/></bsdf>)";
+  const std::string user = R"(<shape type="cube"><ref id="red"/></shape>)";
+  EXPECT_EQ(read(red + user).shapes.at(0).bsdf.reflectance, Rgb(1, 0, 0));
+  EXPECT_EQ(read(user + red).shapes.at(0).bsdf.reflectance, Rgb(1, 0, 0));
+  const Scene nested = read("<shape type=\"cube\">" + red + "</shape>" + user);
+  EXPECT_EQ(nested.shapes.at(1).bsdf.reflectance, Rgb(1, 0, 0));
+}
+
+TEST_F(SceneReader, ReadsALamp) {
+  const Shape shape = read_shape(
+      "rectangle", R"(<emitter type="area"><rgb name="radiance" value="17, 12, 4"/></emitter>)");
+  EXPECT_EQ(shape.radiance, Rgb(17, 12, 4));
+  EXPECT_TRUE(shape.is_lamp());
+}
+
+// Transforms. Each takes the rectangle's first corner, (-1, -1, 0), and its normal, (0, 0, 1).
+
+TEST_F(SceneReader, Translates) {
+  expect_near(read_mesh("rectangle", R"(<translate x="5" z="2"/>)")[0].corners[0], {4, -1, 2});
+  expect_near(read_mesh("rectangle", R"(<translate value="5 6 7"/>)")[0].corners[0], {4, 5, 7});
+  expect_near(read_mesh("rectangle", R"(<translate value="5"/>)")[0].corners[0], {4, 4, 5});
+}
+
+TEST_F(SceneReader, Scales) {
+  expect_near(read_mesh("rectangle", R"(<scale x="5" z="2"/>)")[0].corners[0], {-5, -1, 0});
+  expect_near(read_mesh("rectangle", R"(<scale value="5, 6, 7"/>)")[0].corners[0], {-5, -6, 0});
+  expect_near(read_mesh("rectangle", R"(<scale value="5"/>)")[0].corners[0], {-5, -5, 0});
+}
+
+TEST_F(SceneReader, RotatesByTheRightHandRule) {
+  const double s = std::sin(std::numbers::pi / 9.0);
+  const double c = std::cos(std::numbers::pi / 9.0);
+  const auto normal = [&](const std::string& step) {
+    return read_mesh("rectangle", step)[0].normal();
+  };
+  expect_near(normal(R"(<rotate y="1" angle="20"/>)"), {s, 0, c});
+  expect_near(normal(R"(<rotate y="-1" angle="20"/>)"), {-s, 0, c});
+  expect_near(normal(R"(<rotate x="1" angle="20"/>)"), {0, -s, c});
+  expect_near(normal(R"(<rotate value="1 0 0" angle="-20"/>)"), {0, s, c});
+  expect_near(normal(R"(<rotate value="0.57735 0.57735 0.57735" angle="120"/>)"), {1, 0, 0});
+  expect_near(read_mesh("rectangle", R"(<rotate z="1" angle="20"/>)")[0].corners[0],
+              {s - c, -s - c, 0});
+}
+
+TEST_F(SceneReader, ReadsMatricesRowByRow) {
+  const Mesh mesh =
+      read_mesh("rectangle", R"(<matrix value="1 2 3 4  0 1 0 5  0 0 1 6  0 0 0 1"/>)");
+  expect_near(mesh[0].corners[0], {1, 4, 6});
+  expect_near(
+      read_mesh("rectangle", R"(<matrix value="0 0 1 0  1 0 0 0  0 1 0 0  0 0 0 1"/>)")[0].normal(),
+      {1, 0, 0});
+}
+
+TEST_F(SceneReader, LooksAtATarget) {
+  const Mesh mesh =
+      read_mesh("rectangle", R"(<lookat origin="1 2 3" target="9, 2, 3" up="0 5 0"/>)");
+  expect_near(mesh[0].normal(), {1, 0, 0});
+  expect_near(mesh[0].corners[0], {1, 1, 4});
+}
+
+TEST_F(SceneReader, AppliesTransformsInOrder) {
+  expect_near(read_mesh("rectangle", R"(<translate x="1"/><scale value="2"/>)")[0].corners[1],
+              {4, -2, 0});
+  expect_near(read_mesh("rectangle", R"(<scale value="2"/><translate x="1"/>)")[0].corners[1],
+              {3, -2, 0});
+  expect_near(read_mesh("rectangle", "")[0].corners[1], {1, -1, 0});
+}
+
+TEST_F(SceneReader, AcceptsAnXmlDeclarationAByteOrderMarkAndComments) {
+  const fs::path file = write("test.xml",
+                              "\xEF\xBB\xBF<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<!-- a -->\n"
+                              "<scene version=\"3.0.0\"><!-- b -->" +
+                                  sensor + "</scene>\n<!-- c -->\n");
+  EXPECT_EQ(read_scene(file).camera.width, 768);
+}
+
+TEST_F(SceneReader, SurvivesDeepNesting) {
+  std::string deep;
+  for (int i = 0; i < 500000; ++i) deep += "<bsdf>";
+  for (int i = 0; i < 500000; ++i) deep += "</bsdf>";
+  EXPECT_NE(error_of(write("test.xml", deep)).find("scene is missing"), std::string::npos);
+}
+
+TEST_F(SceneReader, ReadsNumbersInEveryLocale) {
+  for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8", "de_DE.utf8"}) {
+    if (std::setlocale(LC_ALL, name) != nullptr) break;
+  }
+  EXPECT_EQ(read_sphere(R"(<float name="radius" value="1.5"/>)").radius, 1.5);
+  std::setlocale(LC_ALL, "C");
+}
+
+// Everything else is refused.
+
+struct Refused {
+  std::string xml;
+  std::string words;
+};
+
+class SceneReaderRefuses : public SceneReader {
+ protected:
+  // The offender is on line 2, between what goes before it and after it.
+  void expect_all(const std::string& before, const std::string& after,
+                  const std::vector<Refused>& cases) const {
+    for (const auto& [xml, words] : cases) {
+      std::string text = "<scene version=\"3.0.0\">" + before + "\n" + xml + "\n" + after;
+      const fs::path file = write("test.xml", text + "</scene>");
+      expect_message(error_of(file), file, 2, words);
+    }
+  }
+};
+
+TEST_F(SceneReaderRefuses, OtherSensorsAndFilms) {
+  const std::string fov = R"(<float name="fov" value="40"/>)";
+  const std::string camera = R"(<sensor type="perspective">)" + fov;
+  const std::string to_world = R"(<transform name="to_world">)";
+  expect_all(
+      "", "",
+      {
+          {sensor + sensor, "sensor is given twice"},
+          {R"(<sensor type="thinlens"/>)",
+           R"(<sensor type="thinlens">: unknown type; supported: perspective)"},
+          {R"(<sensor type="perspective">)" + film + "</sensor>", "float fov is missing"},
+          {camera + "</sensor>", "film is missing"},
+          {camera + film + R"(<string name="fov_axis" value="z"/></sensor>)",
+           "supported: x, y, diagonal"},
+          {camera + film + R"(<float name="near_clip" value="1"/></sensor>)",
+           "float near_clip is not supported here; supported: @type, @id, float fov, "},
+          {camera + fov + film + "</sensor>", "float fov is given twice"},
+          {camera + film + R"(<sampler type="independent"/></sensor>)", "sampler is not supported"},
+          {camera + film + to_world + R"(<scale value="1.001"/></transform></sensor>)",
+           "scaled or sheared"},
+          {camera + film + to_world +
+               R"(<matrix value="1 0 0 0  0 1 0.5 0  0 0 1 0  0 0 0 1"/></transform></sensor>)",
+           "scaled or sheared"},
+          {camera + R"(<film type="hdrfilm"/></sensor>)", "rfilter is missing"},
+          {camera + R"(<film type="hdrfilm"><rfilter type="gaussian"/></film></sensor>)",
+           "supported: box"},
+          {camera + R"(<film type="ldrfilm"><rfilter type="box"/></film></sensor>)",
+           "supported: hdrfilm"},
+      });
+  for (const std::string value : {"0", "-3", "180", "nan", "inf", "4O", "1.5abc", ""}) {
+    const std::string bad_fov = fmt::format(R"(<float name="fov" value="{}")", value);
+    expect_all(R"(<sensor type="perspective">)" + film, "</sensor>", {{bad_fov + "/>", bad_fov}});
+  }
+  const std::string before = camera + R"(<film type="hdrfilm"><rfilter type="box"/>)";
+  expect_all(
+      before, "</film></sensor>",
+      {
+          {R"(<rfilter type="box"/>)", "rfilter is given twice"},
+          {R"(<string name="pixel_format" value="rgba"/>)", "supported: rgb"},
+          {R"(<string name="component_format" value="float16"/>)", "supported: float32"},
+          {R"(<integer name="crop_width" value="3"/>)", "integer crop_width is not supported"},
+      });
+  for (const std::string value : {"0", "-1", "8193", "12.5", "99999999999", "wide"}) {
+    const std::string width = fmt::format(R"(<integer name="width" value="{}")", value);
+    expect_all(before, "</film></sensor>", {{width + "/>", width}});
+  }
+}
+
+TEST_F(SceneReaderRefuses, OtherShapes) {
+  const std::string obj = R"(<shape type="obj"><string name="filename" value=)";
+  expect_all(
+      sensor, "",
+      {
+          {R"(<shape type="cone"/>)",
+           R"(<shape type="cone">: unknown type; supported: cube, obj, rectangle, sphere)"},
+          {"<shape/>", "<shape>: unknown type"},
+          {R"(<shape type="cube"><boolean name="flip_normals" value="true"/></shape>)",
+           "flip_normals"},
+          {obj + R"("none.obj"/>)" + face_normals + "</shape>", "none.obj cannot be read"},
+          {obj + R"("."/>)" + face_normals + "</shape>", "cannot be read"},
+          {obj + R"("none.obj"/></shape>)", "boolean face_normals is missing"},
+          {obj + R"("none.obj"/><boolean name="face_normals" value="false"/></shape>)",
+           "supported: true"},
+          {R"(<shape type="obj">)" + face_normals + "</shape>", "string filename is missing"},
+      });
+  expect_all(sensor + R"(<shape type="sphere">)", "</shape>",
+             {
+                 {R"(<float name="radius" value="0"/>)", "positive"},
+                 {R"(<float name="radius" value="-1"/>)", "positive"},
+                 {R"(<float name="radius" value="1,5"/>)", "finite number"},
+                 {R"(<integer name="radius" value="1"/>)",
+                  "integer radius is not supported here; supported: "},
+                 {R"(<point name="center" x="1" y="2"/>)", "z must be 1 finite"},
+                 {R"(<point name="center" value="1 2"/>)", "3 finite number(s)"},
+                 {R"(<point name="center" value="1 2 3" x="1"/>)", "either value or"},
+             });
+  for (const std::string step : {R"(<scale x="2"/>)", R"(<scale value="-1"/>)",
+                                 R"(<matrix value="1 0.6 0 0  0 0.8 0 0  0 0 1 0  0 0 0 1"/>)"}) {
+    expect_all(
+        sensor, "",
+        {{R"(<shape type="sphere"><transform name="to_world">)" + step + "</transform></shape>",
+          "mirrored, sheared or scaled"}});
+  }
+}
+
+TEST_F(SceneReaderRefuses, BadObjFiles) {
+  const std::string v = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\n";
+  const fs::path file =
+      write("test.xml", "<scene version=\"3.0.0\">" + sensor +
+                            R"(<shape type="obj"><string name="filename" value="test.obj"/>)" +
+                            face_normals + "</shape></scene>");
+  const auto refused = [&](const std::string& text, int line, const std::string& words) {
+    const fs::path obj = write("test.obj", text);
+    expect_message(error_of(file), obj, line, words);
+  };
+  refused(v + "f 1 2 9\n", 6, "f 1 2 9: 9 is not one of 5 vertices above");
+  refused("f 1 2 3\n" + v, 1, "f 1 2 3");
+  refused(v + "f 1 2\n", 6, "three corners or four");
+  refused(v + "f 1 2 3 4 5\n", 6, "three corners or four");
+  for (const std::string face : {"1 2 5", "1 1 2", "1 2 3 3"})
+    refused(v + "f " + face, 6, "no area");
+  for (const std::string corner : {"0", "-1", "3x", "\\", "/1", "1.5", "99999999999999999999"}) {
+    refused(v + "f 1 2 " + corner, 6, corner + " is not one of 5");
+  }
+  for (const std::string other : {"l 1 2", "p 1", "curv 1"}) {
+    refused(v + other, 6, other + ": supported: v, f, g, mtllib, o");
+  }
+  for (const std::string vertex : {"0 0 nan", "0 inf 0", "0 1,5 0", "0 1.5abc 0", "0 0 1x", "0 0",
+                                   "", "0 0 0 1", "0 0 1e999"}) {
+    refused("v " + vertex, 1, "three finite numbers");
+  }
+  write("test.obj", "v 0 0 0\n");
+  EXPECT_NE(error_of(file).find("test.obj: there are no faces"), std::string::npos);
+}
+
+TEST_F(SceneReaderRefuses, OtherBsdfsLampsAndReferences) {
+  const std::string lamp = R"(<emitter type="area"><rgb name="radiance" value="1"/></emitter>)";
+  const std::string none = R"(<string name="material" value="none"/>)";
+  expect_all(
+      sensor, "",
+      {
+          {R"(<bsdf type="plastic"/>)",
+           R"(<bsdf type="plastic">: unknown type; supported: conductor, diffuse, twosided)"},
+          {R"(<bsdf type="conductor"/>)", "string material is missing"},
+          {R"(<bsdf type="conductor"><string name="material" value="Au"/></bsdf>)",
+           "supported: none"},
+          {R"(<bsdf type="conductor">)" + none +
+               R"(<rgb name="specular_reflectance" value="2"/></bsdf>)",
+           "from 0 to 1"},
+          {R"(<bsdf type="twosided"/>)", "bsdf|ref is missing"},
+          {R"(<bsdf type="twosided" id="a"><ref id="a"/></bsdf>)", "must not hold its like"},
+          {R"(<bsdf type="twosided">)" + diffuse("0") + diffuse("1") + "</bsdf>", "given twice"},
+          {R"(<bsdf type="diffuse"><float name="alpha" value="1"/></bsdf>)",
+           "supported: @type, @id, rgb reflectance"},
+          {lamp, "emitter is not supported here"},
+          {R"(<bsdf type="diffuse" id="a"/><shape type="cube" id="a"/>)", "the id is taken"},
+          {R"(<bsdf type="diffuse" id="a"/><ref id="a"/>)", "ref is not supported here"},
+          {R"(<shape type="cube" id="a"/><shape type="cube"><ref id="a"/></shape>)",
+           "no <bsdf> has this id"},
+      });
+  expect_all(sensor + R"(<bsdf type="diffuse" id="a"/><shape type="cube">)", "</shape>",
+             {
+                 {R"(<ref id="red"/>)", "no <bsdf> has this id"},
+                 {R"(<ref id="a"/>)" + diffuse("1"), "given twice"},
+                 {R"(<ref id="a" type="b"/>)", "@type is not supported here; supported: @id"},
+                 {diffuse("0") + diffuse("1"), "bsdf|ref is given twice"},
+                 {R"(<emitter type="area"/>)", "rgb radiance is missing"},
+                 {R"(<emitter type="point"/>)", "supported: area"},
+                 {lamp + lamp, "emitter is given twice"},
+             });
+  const std::string skewed =
+      R"(<transform name="to_world"><matrix value="1 1 0 0 0 1 0 0 0 0 1 0 0 0 0 1"/></transform>)";
+  expect_all(sensor + R"(<shape type="rectangle">)", "</shape>",
+             {{skewed + lamp, "<emitter type=\"area\">: a lamp must be a sphere or made of"}});
+  for (const std::string value : {"#ff8000", "1.1", "0 0 -0.1", "0 0", "0 0 0 0", "", "nan", "inf",
+                                  "0;0;0", "1.5abc", "0x1", "+-1", "++1", "1e999", "1 1 1 -"}) {
+    expect_all(sensor, "", {{diffuse(value), R"(<rgb name="reflectance" value=")" + value}});
+  }
+  for (const std::string value : {"-1", "1 1 -1", "inf", "nan"}) {
+    expect_all(sensor + R"(<shape type="cube"><emitter type="area">)", "</emitter></shape>",
+               {{R"(<rgb name="radiance" value=")" + value + "\"/>", value}});
+  }
+}
+
+TEST_F(SceneReaderRefuses, BadTransforms) {
+  expect_all(
+      sensor + R"(<shape type="cube"><transform name="to_world">)", "</transform></shape>",
+      {
+          {R"(<shear x="1"/>)", "supported: @name, translate, rotate, scale, matrix, lookat"},
+          {R"(<translate w="1"/>)", "@w is not supported here; supported: @x, @y, @z, @value"},
+          {R"(<translate x="1" value="1 2 3"/>)", "either value or"},
+          {R"(<translate value="1 2"/>)", "3 finite number(s)"},
+          {R"(<translate x="1m"/>)", "finite number"},
+          {R"(<rotate y="1"/>)", "@angle is missing"},
+          {R"(<rotate angle="20"/>)", "length 1"},
+          {R"(<rotate x="1" y="1" angle="20"/>)", "length 1"},
+          {R"(<matrix value="1 0 0  0 1 0  0 0 1"/>)", "16 finite number(s)"},
+          {R"(<matrix value="1 0 0 0  0 1 0 0  0 0 1 0  0 0 1 1"/>)", "last row"},
+          {R"(<lookat origin="1,1,1" target="1,1,1" up="0,1,0"/>)", "on one line"},
+          {R"(<lookat origin="0,0,0" target="0,2,0" up="0,1,0"/>)", "on one line"},
+          {R"(<lookat origin="0,0,0" target="0,0,1" up="0,0,0"/>)", "on one line"},
+          {R"(<lookat origin="0,0,0" target="0,0,1"/>)", "@up is missing"},
+          {R"(<lookat origin="0" target="0,0,1" up="0,1,0"/>)", "3 finite number(s)"},
+          {R"(<scale value="2">2</scale>)", "text is not supported here"},
+      });
+  for (const std::string step :
+       {R"(<scale value="0"/>)", R"(<scale z="0"/>)", R"(<scale value="1e200"/>)",
+        R"(<matrix value="1 1 0 0  1 1 0 0  0 0 1 0  0 0 0 1"/>)"}) {
+    expect_all(sensor + R"(<shape type="cube">)", "</shape>",
+               {{R"(<transform name="to_world">)" + step + "</transform>", "singular"}});
+  }
+}
+
+TEST_F(SceneReaderRefuses, UnknownElementsAttributesTextAndDefaults) {
+  expect_all(
+      sensor, "",
+      {
+          {R"(<integrator type="path"/>)",
+           "integrator is not supported here; supported: @version, sensor, shape, bsdf, default"},
+          {R"(<shape type="cube" colour="red"/>)", "@colour is not supported here; supported: "},
+          {R"(<shape type="cube" type="sphere"/>)", "@type is given twice"},
+          {"red", "text is not supported"},
+          {"<![CDATA[red]]>", "text is not supported"},
+          {"<?include file?>", "text is not supported"},
+          {R"(<shape type="sphere"><float value="1"/></shape>)", "float is not supported"},
+          {R"(<shape type="sphere"><float name="radius" value="1"><cube/></float></shape>)",
+           "cube is not supported here; supported: @name, @value"},
+          {R"(<shape type="cube"><transform name="toWorld"/></shape>)",
+           "transform toWorld is not supported"},
+          {R"(<shape type="sphere"><float name="radius" value="$r"/></shape><default name="r" value="1"/>)",
+           "no <default> before this"},
+          {R"(<default name="r" value="1"/><default name="r" value="2"/>)",
+           "a name that no other has"},
+          {R"(<default name="" value="1"/>)", "a name that no other has"},
+          {R"(<default name="r"/>)", "@value is missing"},
+      });
+}
+
+TEST_F(SceneReaderRefuses, OtherRootsAndBrokenFiles) {
+  const std::pair<std::string, std::string> cases[] = {
+      {"<scene version=\"2.0.0\"/>", "supported: 3.0.0"},
+      {"<scene/>", "@version is missing"},
+      {"<shape/>", "scene is missing"},
+      {"<!-- nothing -->", "scene is missing"},
+      {"<scene/><scene/>", "scene is given twice"},
+      {"<!DOCTYPE scene><scene/>", "text is not supported"},
+      {"<scene version=\"3.0.0\"/>", "sensor is missing"},
+      {"<scene", ""},
+      {"<scene><shape></scene>", "mismatch"}};
+  for (const auto& [text, words] : cases) {
+    const fs::path file = write("test.xml", text);
+    expect_message(error_of(file), file, 1, words);
+  }
+  EXPECT_EQ(error_of("none.xml"), "none.xml: no such file");
+  for (const fs::path& file : {folder_, write("empty.xml", "")}) {
+    EXPECT_EQ(error_of(file), file.string() + ": cannot be read or is empty");
+  }
+}
+
+}  // namespace
+}  // namespace plumb
