@@ -1,0 +1,118 @@
+#include "renderer/film.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace plumb {
+
+Film::Film(int width, int height)
+    : width_(width), height_(height), sums_(size_t(pixel_count()) * replicates * 3, 0.0) {}
+
+Film::Counts samples_per_replicate(const SampleRange& samples) {
+  Film::Counts counts;
+  for (int r = 0; r < Film::replicates; ++r) {
+    // How many s with s mod replicates = r lie below a bound.
+    const auto below = [r](int64_t bound) {
+      return (bound - r + Film::replicates - 1) / Film::replicates;
+    };
+    counts[size_t(r)] = below(samples.last) - below(samples.first);
+  }
+  return counts;
+}
+
+void Film::count(SampleRange samples) {
+  const Counts added = plumb::samples_per_replicate(samples);
+  std::ranges::transform(counts_, added, counts_.begin(), std::plus{});
+}
+
+void Film::add_mean(int replicate, int64_t samples, const std::vector<float>& mean) {
+  for (int64_t p = 0; p < pixel_count(); ++p) {
+    double* sum = &sums_[size_t(p * replicates + replicate) * 3];
+    for (size_t c = 0; c < 3; ++c) {
+      sum[c] += static_cast<double>(samples) * double{mean[size_t(p) * 3 + c]};
+    }
+  }
+  counts_[size_t(replicate)] += samples;
+}
+
+int64_t Film::samples_per_pixel() const {
+  return std::accumulate(counts_.begin(), counts_.end(), int64_t{0});
+}
+
+bool Film::knows_variance() const {
+  return std::ranges::count_if(counts_, [](int64_t n) { return n > 0; }) >= 2;
+}
+
+// Mean and variance of the mean of one pixel, RGB each. Replicate r has the share w_r of all
+// samples and the mean x_r, of unknown variance s_r. The picture's mean m has variance V = sum
+// w_r^2 s_r, and E (x_r - m)^2 = (1 - 2 w_r) s_r + V. Hence E sum a_r (x_r - m)^2 = V (1 + sum a_r)
+// for a_r = w_r^2 / (1 - 2 w_r), whatever the s_r are. With two replicates of equal share that is 0
+// / 0, whose limit is ((x_1 - x_2) / 2)^2.
+std::array<double, 6> Film::moments(int64_t pixel) const {
+  const double* sums = &sums_[size_t(pixel) * replicates * 3];
+  const auto total = static_cast<double>(samples_per_pixel());
+  std::array<double, 6> result{};
+  if (total == 0.0) return result;
+  for (size_t c = 0; c < 3; ++c) {
+    double mean = 0.0;
+    for (size_t r = 0; r < replicates; ++r) mean += sums[r * 3 + c] / total;
+    double scatter = 0.0;
+    double weights = 0.0;
+    for (size_t r = 0; r < replicates; ++r) {
+      if (counts_[r] == 0) continue;
+      const auto n = static_cast<double>(counts_[r]);
+      const double weight = n * n / (total * std::max(total - 2.0 * n, 1e-9));
+      scatter += weight * (sums[r * 3 + c] / n - mean) * (sums[r * 3 + c] / n - mean);
+      weights += weight;
+    }
+    result[c] = mean;
+    result[c + 3] = knows_variance() ? scatter / (1.0 + weights) : 0.0;
+  }
+  return result;
+}
+
+std::vector<float> Film::mean() const {
+  std::vector<float> values;
+  values.reserve(size_t(pixel_count()) * 3);
+  for (int64_t p = 0; p < pixel_count(); ++p) {
+    const auto m = moments(p);
+    for (size_t c = 0; c < 3; ++c) values.push_back(static_cast<float>(m[c]));
+  }
+  return values;
+}
+
+std::vector<float> Film::variance() const {
+  std::vector<float> values;
+  values.reserve(size_t(pixel_count()) * 3);
+  for (int64_t p = 0; p < pixel_count(); ++p) {
+    const auto m = moments(p);
+    for (size_t c = 3; c < 6; ++c) values.push_back(static_cast<float>(m[c]));
+  }
+  return values;
+}
+
+double Film::relative_error() const {
+  if (!knows_variance()) return std::numeric_limits<double>::infinity();
+  constexpr double epsilon = 1e-2;
+  double sum = 0.0;
+  for (int64_t p = 0; p < pixel_count(); ++p) {
+    const auto m = moments(p);
+    for (size_t c = 0; c < 3; ++c) sum += m[c + 3] / (m[c] * m[c] + epsilon);
+  }
+  return std::sqrt(sum / static_cast<double>(3 * pixel_count()));
+}
+
+std::vector<float> Film::replicate_mean(int replicate) const {
+  const auto n = static_cast<double>(counts_[size_t(replicate)]);
+  std::vector<float> values;
+  values.reserve(size_t(pixel_count()) * 3);
+  for (int64_t p = 0; p < pixel_count(); ++p) {
+    const double* sum = &sums_[size_t(p * replicates + replicate) * 3];
+    for (size_t c = 0; c < 3; ++c) values.push_back(static_cast<float>(sum[c] / n));
+  }
+  return values;
+}
+
+}  // namespace plumb

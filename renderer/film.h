@@ -1,0 +1,72 @@
+// Collects samples of radiance and turns them into a picture that knows its own noise.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "renderer/settings.h"
+
+namespace plumb {
+
+// Sample s of a pixel belongs to replicate s mod `replicates`. Each replicate is a randomisation of
+// the sampler of its own, so the replicates' means are independent and their scatter measures the
+// noise honestly, which the samples of one low-discrepancy set would not.
+//
+// Different threads may add to different pixels at the same time.
+class Film {
+ public:
+  static constexpr int replicates = 4;
+  using Counts = std::array<int64_t, replicates>;
+
+  Film(int width, int height);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  int64_t pixel_count() const { return int64_t{width_} * height_; }
+
+  // Adds the radiance of one sample; `pixel` counts along rows from the top left corner.
+  template <typename T>
+  void add(size_t pixel, size_t replicate, const T* radiance, size_t stride) {
+    double* sum = &sums_[(pixel * replicates + replicate) * 3];
+    for (size_t c = 0; c < 3; ++c) sum[c] += double{radiance[c * stride]};
+  }
+
+  // Says that every pixel has received these samples. Ranges must not overlap.
+  void count(SampleRange samples);
+
+  // Adds samples of which only the mean is known, in the layout of mean().
+  void add_mean(int replicate, int64_t samples, const std::vector<float>& mean);
+
+  int64_t samples_per_pixel() const;
+  const Counts& samples_per_replicate() const { return counts_; }
+
+  // Whether two replicates have samples.
+  bool knows_variance() const;
+
+  // Mean radiance, and the variance of that mean (unbiased; zero while it is not
+  // known): width * height * 3 values, rows from the top, RGB.
+  std::vector<float> mean() const;
+  std::vector<float> variance() const;
+
+  // Relative root mean square error, estimated: sqrt(mean of variance / (mean^2 + 0.01)) over
+  // pixels and channels. Infinite while the variance is not known.
+  double relative_error() const;
+
+  // The replicates' own means, in the layout of mean(); `replicate` must have samples.
+  std::vector<float> replicate_mean(int replicate) const;
+
+ private:
+  std::array<double, 6> moments(int64_t pixel) const;
+
+  int width_;
+  int height_;
+  std::vector<double> sums_;
+  Counts counts_{};
+};
+
+// How many of the samples belong to each replicate.
+Film::Counts samples_per_replicate(const SampleRange& samples);
+
+}  // namespace plumb

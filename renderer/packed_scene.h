@@ -1,0 +1,151 @@
+// A scene laid out for the tracer: flat records of float or double that every lane tests in turn.
+//
+// The scene is moved so that the middle of its bounding box is the origin and scaled so that the
+// box's half diagonal is 1, in double precision. Rounding is then the same for a scene that is a
+// thousand times as large or that lies far from the origin. Radiance does not change with scale.
+//
+// Rounding can't open the joint between two surfaces: flat ones are grown at their edges by a bound
+// on the error of a hit point, so that no ray gets through between them, and hit points are drawn
+// towards the middle of their surface by four times as much, so that none lies beyond a joint. A
+// path never hits the flat surface that it leaves, because that one is not tested.
+#pragma once
+
+#include <vector>
+
+#include "renderer/scene.h"
+
+namespace plumb {
+
+template <typename T>
+struct PackedVec3 {
+  T x, y, z;
+};
+
+// The height of a point p above a plane is dot(normal, p) + offset.
+template <typename T>
+struct Plane {
+  PackedVec3<T> normal;
+  T offset;
+};
+
+// A point of the plane is inside where its height above both slabs is from -1 to 1.
+template <typename T>
+struct PackedParallelogram {
+  Plane<T> plane;
+  Plane<T> slabs[2];
+  T id;
+};
+
+// A point of the plane is inside where its height above no edge is positive. A triangle repeats its
+// last edge.
+template <typename T>
+struct PackedPolygon {
+  Plane<T> plane;
+  Plane<T> edges[4];
+  T id;
+};
+
+template <typename T>
+struct PackedSphere {
+  PackedVec3<T> center;
+  T radius;
+  T id;
+};
+
+// A closed convex mesh: the points that are above none of its faces.
+template <typename T>
+struct PackedSolid {
+  struct Face {
+    Plane<T> plane;
+    T id;
+  };
+  std::vector<Face> faces;
+};
+
+template <typename T>
+struct PackedShapes {
+  std::vector<PackedParallelogram<T>> parallelograms;
+  std::vector<PackedPolygon<T>> polygons;
+  std::vector<PackedSolid<T>> solids;
+  std::vector<PackedSphere<T>> spheres;
+};
+
+// An emitting surface. A rectangle has unit vectors x, y along its sides from a corner.
+template <typename T>
+struct PackedLamp {
+  enum class Kind { rectangle, sphere };
+  Kind kind;
+  T id;
+  PackedVec3<T> radiance;
+  T choice_begin;  // the lamp is chosen for u in [choice_begin, choice_begin + probability)
+  T probability;
+  PackedVec3<T> corner;  // the centre of a sphere
+  PackedVec3<T> x;
+  PackedVec3<T> y;
+  PackedVec3<T> normal;
+  T x_length;
+  T y_length;
+  T area;
+  T radius;
+};
+
+// What shading needs, one array per value, looked up by surface id. A hit point p goes to
+// inset_scale * p + inset. For a sphere the normal holds
+// the centre and the offset the radius. A flat surface is at dot(normal, p) + offset = 0.
+template <typename T>
+struct SurfaceTable {
+  enum Column {
+    normal_x,
+    normal_y,
+    normal_z,
+    offset,
+    red,
+    green,
+    blue,
+    sphere,
+    mirror,
+    two_sided,
+    inset_x,
+    inset_y,
+    inset_z,
+    inset_scale
+  };
+  static constexpr int columns = 14;
+
+  int count = 0;   // of surfaces
+  int stride = 0;  // the same, rounded up to a multiple of 64
+  std::vector<T> values;
+
+  const T* column(Column c) const { return values.data() + size_t(c) * size_t(stride); }
+  T* column(Column c) { return values.data() + size_t(c) * size_t(stride); }
+};
+
+template <typename T>
+struct PackedCamera {
+  PackedVec3<T> origin;
+  PackedVec3<T> corner;   // direction through the image's top left corner
+  PackedVec3<T> x_pixel;  // step to the next pixel to the right
+  PackedVec3<T> y_pixel;  // step to the next pixel below
+  int width;
+  int height;
+};
+
+template <typename T>
+struct PackedScene {
+  PackedCamera<T> camera;
+  PackedShapes<T> shapes;
+  // The shapes that can stand between two points on surfaces: all but those flat ones that have
+  // the whole scene on one side.
+  PackedShapes<T> occluders;
+  std::vector<PackedLamp<T>> lamps;
+  SurfaceTable<T> surfaces;
+  bool has_mirrors = false;
+
+  // Throws std::invalid_argument for a lamp that is neither a sphere nor made of rectangles.
+  explicit PackedScene(const Scene& scene);
+};
+
+extern template struct PackedScene<float>;
+extern template struct PackedScene<double>;
+
+}  // namespace plumb

@@ -1,0 +1,103 @@
+#include "renderer/render.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <stdexcept>
+
+#include "renderer/trace.h"
+
+namespace plumb {
+namespace {
+
+// Long enough to keep all threads busy, short enough that an interrupt is felt at once.
+constexpr double seconds_per_pass = 0.25;
+
+double wall_now() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration<double>(now).count();
+}
+
+double cpu_now() { return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC); }
+
+// How many seconds until the first limit, at the pace so far. Error falls at least with the square
+// root of the samples.
+double seconds_left(const Limits& limits, const Progress& progress) {
+  const double seconds = progress.cost.wall_seconds;
+  const auto done = static_cast<double>(progress.samples_per_pixel);
+  const auto wanted = static_cast<double>(limits.samples.count());
+  double left = std::min(limits.seconds - seconds, seconds * (wanted - done) / done);
+  if (limits.relative_error > 0.0) {
+    const double ratio = progress.relative_error / limits.relative_error;
+    left = std::min(left, seconds * (ratio * ratio - 1.0));
+  }
+  return std::max(left, 0.0);
+}
+
+// An error estimated from fewer samples is not believed: they may all have missed the lamp.
+constexpr int64_t fewest_samples_for_error = 64;
+
+bool is_done(const Limits& limits, const Progress& progress) {
+  const bool is_accurate = limits.relative_error > 0.0 &&
+                           progress.samples_per_pixel >= fewest_samples_for_error &&
+                           progress.relative_error <= limits.relative_error;
+  return is_accurate || progress.samples_per_pixel >= limits.samples.count() ||
+         progress.cost.wall_seconds >= limits.seconds;
+}
+
+// Samples per pixel for the next pass: one for a first look, then what fits into a pass and the
+// time left, growing slowly because a first look may deceive.
+int64_t pass_size(const Limits& limits, const Progress& progress) {
+  if (progress.samples_per_pixel == 0) return 1;
+  const double pace = static_cast<double>(progress.samples_per_pixel) / progress.cost.wall_seconds;
+  const double time_left = limits.seconds - progress.cost.wall_seconds;
+  const double size = pace * std::min(seconds_per_pass, time_left);
+  return std::clamp<int64_t>(static_cast<int64_t>(size), 1, 4 * progress.samples_per_pixel);
+}
+
+template <typename T>
+Cost render_as(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
+               const ProgressCallback& callback, const std::atomic<bool>* stop) {
+  const PackedScene<T> packed(scene);
+  tbb::task_arena arena(settings.threads > 0 ? settings.threads : tbb::task_arena::automatic);
+  const int threads = arena.max_concurrency();
+  const double wall_start = wall_now();
+  const double cpu_start = cpu_now();
+  Progress progress;
+  do {
+    const int64_t first = limits.samples.first + progress.samples_per_pixel;
+    const int64_t last = std::min(first + pass_size(limits, progress), limits.samples.last);
+    const SampleRange samples{first, last};
+    std::atomic<int64_t> next_pixel{0};
+    std::atomic<int64_t> rays{0};
+    const TraceJob<T> job{packed, settings, samples, film, next_pixel};
+    arena.execute([&] { tbb::parallel_for(0, threads, [&](int) { rays += trace(job); }); });
+    film.count(samples);
+    progress.samples_per_pixel += samples.count();
+    progress.cost = {.wall_seconds = wall_now() - wall_start,
+                     .cpu_seconds = cpu_now() - cpu_start,
+                     .samples = progress.cost.samples + samples.count() * film.pixel_count(),
+                     .rays = progress.cost.rays + rays};
+    progress.relative_error = film.relative_error();
+    progress.seconds_left = seconds_left(limits, progress);
+    if (callback) callback(progress);
+  } while (!is_done(limits, progress) && (stop == nullptr || !*stop));
+  return progress.cost;
+}
+
+}  // namespace
+
+Cost render(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
+            const ProgressCallback& progress, const std::atomic<bool>* stop) {
+  if (limits.samples.count() <= 0) throw std::invalid_argument("no samples to render");
+  if (settings.precision == Precision::float64) {
+    return render_as<double>(scene, settings, limits, film, progress, stop);
+  }
+  return render_as<float>(scene, settings, limits, film, progress, stop);
+}
+
+}  // namespace plumb

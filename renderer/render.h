@@ -1,0 +1,45 @@
+// Renders a scene onto a film, pass after pass, until a limit is reached.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <limits>
+
+#include "renderer/film.h"
+#include "renderer/scene.h"
+#include "renderer/settings.h"
+
+namespace plumb {
+
+// A render ends with whichever comes first. Time and error are looked at between passes.
+struct Limits {
+  SampleRange samples{0, std::numeric_limits<int64_t>::max()};
+  double seconds = std::numeric_limits<double>::infinity();
+  double relative_error = 0.0;
+};
+
+// What a render has cost so far, preparing the scene left out.
+struct Cost {
+  double wall_seconds = 0.0;
+  double cpu_seconds = 0.0;
+  int64_t samples = 0;  // of all pixels
+  int64_t rays = 0;     // shadow rays included
+};
+
+struct Progress {
+  Cost cost;
+  int64_t samples_per_pixel = 0;
+  double relative_error = 0.0;  // Film::relative_error()
+  double seconds_left = 0.0;    // estimated, to the first limit
+};
+
+// Called after each pass, on the calling thread.
+using ProgressCallback = std::function<void(const Progress&)>;
+
+// Adds samples to the film. Setting `stop` ends the render with the pass under way, so that the
+// film always holds whole passes and knows its number of samples.
+Cost render(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
+            const ProgressCallback& progress = {}, const std::atomic<bool>* stop = nullptr);
+
+}  // namespace plumb

@@ -1,0 +1,48 @@
+// What a caller chooses about a render, apart from the scene.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+namespace plumb {
+
+// How a path finds the lamps: by chance, by sampling them, or by both with the balance heuristic
+// (Veach 1997, ch. 9).
+enum class Method { bsdf, nee, mis };
+
+// Where random numbers come from: independent ones, or an Owen-scrambled Sobol' sequence with a
+// scramble of its own for each pixel and replicate.
+enum class Sampler { independent, sobol };
+
+enum class Precision { float32, float64 };
+
+// The samplers count a replicate's samples in 32 bits.
+constexpr int64_t largest_sample = int64_t{1} << 32;
+
+// Samples first <= s < last.
+struct SampleRange {
+  int64_t first = 0;
+  int64_t last = 0;
+
+  int64_t count() const { return last - first; }
+};
+
+// Numbers of bounces first <= b <= last that reach the picture: 0 is emission seen directly, 1 is
+// direct light.
+struct BounceRange {
+  int first = 0;
+  int last = std::numeric_limits<int>::max();
+
+  bool is_everything() const { return first == 0 && last == BounceRange{}.last; }
+};
+
+struct Settings {
+  Method method = Method::mis;
+  Sampler sampler = Sampler::sobol;
+  Precision precision = Precision::float32;
+  uint32_t seed = 0;
+  BounceRange bounces;
+  int threads = 0;  // 0: all that the machine has
+};
+
+}  // namespace plumb

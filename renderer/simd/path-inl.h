@@ -1,0 +1,360 @@
+// The path tracer: one path per lane, and a new path in the lane as soon as one ends.
+#include "renderer/simd/intersect-inl.h"
+#include "renderer/simd/sampler-inl.h"
+#include "renderer/simd/warp-inl.h"
+#include "renderer/trace.h"
+
+#if defined(PLUMB_SIMD_PATH_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PLUMB_SIMD_PATH_INL_H
+#undef PLUMB_SIMD_PATH_INL_H
+#else
+#define PLUMB_SIMD_PATH_INL_H
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace plumb::HWY_NAMESPACE {
+
+// Which sample of which pixel each lane is at. A lane keeps its pixel and takes the pixel's samples
+// in order, so a pixel's sum does not depend on what the other lanes do.
+template <class D>
+class LaneSamples {
+  using T = hn::TFromD<D>;
+
+ public:
+  explicit LaneSamples(const TraceJob<T>& job) : job_(job) {
+    std::fill_n(sample_, lanes, job.samples.last);
+  }
+
+  // Hands in the radiance of the finished lanes' samples and gives these lanes their next. Returns
+  // the lanes that have a sample.
+  Bool<D> advance(Bool<D> finished, const V3<D>& radiance) {
+    const D d;
+    alignas(64) T values[3 * lanes];
+    hn::Store(radiance.x.v, d, values);
+    hn::Store(radiance.y.v, d, values + lanes);
+    hn::Store(radiance.z.v, d, values + 2 * lanes);
+    uint64_t left = 0;
+    hn::StoreMaskBits(d, finished.m, reinterpret_cast<uint8_t*>(&left));
+    for (; left != 0; left &= left - 1) {
+      const auto lane = static_cast<size_t>(std::countr_zero(left));
+      const uint64_t bit = uint64_t{1} << lane;
+      if ((busy_ & bit) != 0) {
+        job_.film.add(pixel_[lane], replicate_[lane], values + lane, lanes);
+      }
+      busy_ = take_next(lane) ? busy_ | bit : busy_ & ~bit;
+    }
+    return {hn::LoadMaskBits(d, reinterpret_cast<const uint8_t*>(&busy_))};
+  }
+
+  SampleIndex<D> index() const {
+    const typename Bits<D>::DU du;
+    return {hn::Load(du, pixel_), hn::Load(du, replicate_), hn::Load(du, index_),
+            mix(Bits<D>(job_.settings.seed))};
+  }
+
+  // The pixels' columns and rows.
+  Real<D> x() const { return hn::Load(D(), x_); }
+  Real<D> y() const { return hn::Load(D(), y_); }
+
+ private:
+  static constexpr size_t lanes = hn::MaxLanes(D());
+  static constexpr int64_t pixels_at_once = 64;
+
+  bool take_next(size_t lane) {
+    if (++sample_[lane] >= job_.samples.last) {
+      if (next_pixel_ == end_pixel_) {
+        next_pixel_ = std::min(job_.next_pixel.fetch_add(pixels_at_once), job_.film.pixel_count());
+        end_pixel_ = std::min(next_pixel_ + pixels_at_once, job_.film.pixel_count());
+        if (next_pixel_ == end_pixel_) return false;
+      }
+      pixel_[lane] = static_cast<uint32_t>(next_pixel_);
+      x_[lane] = static_cast<T>(next_pixel_ % job_.film.width());
+      y_[lane] = static_cast<T>(next_pixel_ / job_.film.width());
+      sample_[lane] = job_.samples.first;
+      ++next_pixel_;
+    }
+    const auto sample = static_cast<uint64_t>(sample_[lane]);
+    replicate_[lane] = static_cast<uint32_t>(sample % Film::replicates);
+    index_[lane] = static_cast<uint32_t>(sample / Film::replicates);
+    return true;
+  }
+
+  const TraceJob<T>& job_;
+  uint64_t busy_ = 0;  // a bit for each lane that has a sample
+  int64_t next_pixel_ = 0;
+  int64_t end_pixel_ = 0;
+  int64_t sample_[lanes];
+  alignas(64) uint32_t pixel_[lanes] = {};
+  alignas(64) uint32_t replicate_[lanes] = {};
+  alignas(64) uint32_t index_[lanes] = {};
+  alignas(64) T x_[lanes] = {};
+  alignas(64) T y_[lanes] = {};
+};
+
+// Where paths have arrived: a point, the normal on the side that they came from, and the surface.
+template <class D>
+struct Vertex {
+  V3<D> point, normal, reflectance;
+  Real<D> id;
+  Bool<D> scatters;  // neither in the void nor on a black back
+  Bool<D> front;
+  Bool<D> mirror;
+};
+
+// Light on its way from a lamp to the vertices, shadows not yet looked at.
+template <class D>
+struct DirectLight {
+  Ray<D> ray;
+  Real<D> distance, lamp;  // of the lamp's point, the lamp's id
+  V3<D> radiance;
+  Bool<D> any;
+};
+
+// A vector of paths, one per lane. The renderer is the measurement equation, vertex by vertex:
+//
+//   radiance = sum over vertices of throughput * (emission met by chance + light of a sampled lamp)
+//   throughput = product over vertices of bsdf * cosine / pdf / survival
+template <class D>
+class Packet {
+  using T = hn::TFromD<D>;
+  using R = Real<D>;
+  using Table = SurfaceTable<T>;
+
+ public:
+  explicit Packet(const TraceJob<T>& job)
+      : scene_(job.scene), settings_(job.settings), samples_(job) {
+    radiance_ = throughput_ = V3<D>(R(0));
+    ray_ = {V3<D>(R(0)), V3<D>(R(0)), R(0)};
+    pdf_ = depth_ = R(0);
+    alive_ = busy_ = Bool<D>::none();
+    vertex_ = arrive({R(0), R(0)});
+  }
+
+  int64_t rays() const { return rays_; }
+
+  // Gives each ended path's lane a new path and each path its next ray: scattered where the path is
+  // alive, else from the camera. Returns false once there is nothing left to do.
+  bool next_ray() {
+    busy_ = samples_.advance(!alive_, radiance_);
+    if (!busy_.any()) return false;
+    index_ = samples_.index();
+    depth_ = select(alive_, depth_, R(0));
+    const Sample<D> sample = draw(settings_.sampler, index_, pair(1));
+    scatter(sample);
+    ray_.origin = select(alive_, vertex_.point, V3<D>(scene_.camera.origin));
+    ray_.backward = select(alive_, ray_.backward, backward_from_camera(sample));
+    ray_.leaves = select(alive_, vertex_.id, R(-1));
+    throughput_ = select(alive_, throughput_, V3<D>(R(1)));
+    radiance_ = select(alive_, radiance_, V3<D>(R(0)));
+    pdf_ = select(alive_, pdf_, R(certain));
+    rays_ += busy_.count();
+    return true;
+  }
+
+  // Follows the rays to the next vertices and adds the radiance of lamps that they meet.
+  void follow() {
+    const Hit<D> hit = find_nearest(scene_.shapes, ray_);
+    vertex_ = arrive(hit);
+    add_emission(hit);
+    alive_ = busy_ & vertex_.scatters;
+    if (!settings_.bounces.is_everything()) {
+      alive_ = alive_ & (depth_ < R(static_cast<T>(settings_.bounces.last)));
+    }
+    throughput_ = throughput_ * vertex_.reflectance;
+  }
+
+  // Samples the lamps, and plays Russian roulette.
+  void sample_lamps() {
+    const Sample<D> sample = draw(settings_.sampler, index_, pair(0));
+    light_.any = Bool<D>::none();
+    if (settings_.method != Method::bsdf) choose_lamps(sample);
+    survive(sample.w);
+    depth_ = depth_ + R(1);
+  }
+
+  // Adds the light of the sampled lamps where nothing is in the way.
+  void add_direct_light() {
+    if (!light_.any.any()) return;
+    rays_ += light_.any.count();
+    const Bool<D> occluded =
+        is_occluded(scene_.occluders, light_.ray, light_.distance, light_.lamp);
+    radiance_ = radiance_ + select(light_.any & !occluded, light_.radiance, V3<D>(R(0)));
+  }
+
+ private:
+  V3<D> backward_from_camera(const Sample<D>& sample) const {
+    const auto& camera = scene_.camera;
+    const V3<D> row = fma(V3<D>(camera.y_pixel), samples_.y() + sample.v, V3<D>(camera.corner));
+    return -normalize(fma(V3<D>(camera.x_pixel), samples_.x() + sample.u, row));
+  }
+
+  void scatter(const Sample<D>& sample) {
+    const V3<D> normal = vertex_.normal;
+    const V3<D> direction = sample_cosine_hemisphere(frame_around(normal), sample.u, sample.v);
+    pdf_ = dot(normal, direction) * R::inverse_pi();
+    const V3<D> arrived = ray_.backward;
+    ray_.backward = -direction;
+    if (!scene_.has_mirrors) return;
+    const V3<D> reflected = normalize(fma(normal, R(-2) * dot(normal, arrived), arrived));
+    ray_.backward = select(vertex_.mirror, reflected, ray_.backward);
+    pdf_ = select(vertex_.mirror, R(certain), pdf_);
+  }
+
+  // The table is looked up a vector of rows at a time, which is faster than a gather for a few
+  // dozen surfaces.
+  R lookup(typename Table::Column column, R id) const {
+    const D d;
+    const hn::RebindToSigned<D> di;
+    constexpr int lanes = hn::MaxLanes(d);
+    const auto row = hn::ConvertTo(di, max(id, R(0)).v);
+    const auto index = hn::IndicesFromVec(d, hn::And(row, hn::Set(di, lanes - 1)));
+    const T* values = scene_.surfaces.column(column);
+    R result = hn::TableLookupLanes(hn::LoadU(d, values), index);
+    for (int first = lanes; first < scene_.surfaces.count; first += lanes) {
+      const R here = hn::TableLookupLanes(hn::LoadU(d, values + first), index);
+      result = select(id >= R(static_cast<T>(first)), here, result);
+    }
+    return result;
+  }
+
+  Bool<D> lookup_flag(typename Table::Column column, R id) const {
+    return lookup(column, id) > R(0);
+  }
+
+  V3<D> lookup(typename Table::Column x, typename Table::Column y, typename Table::Column z,
+               R id) const {
+    return {lookup(x, id), lookup(y, id), lookup(z, id)};
+  }
+
+  // Puts the point onto its surface, where rounding along the ray has left it beside, and off the
+  // surface's edges (see packed_scene.h).
+  Vertex<D> arrive(const Hit<D>& hit) const {
+    Vertex<D> vertex;
+    vertex.id = hit.id;
+    vertex.normal = lookup(Table::normal_x, Table::normal_y, Table::normal_z, hit.id);
+    vertex.reflectance = lookup(Table::red, Table::green, Table::blue, hit.id);
+    const R offset = lookup(Table::offset, hit.id);
+    const V3<D> point = ray_.at(hit.distance);
+    const V3<D> on_plane = fma(vertex.normal, -(dot(vertex.normal, point) + offset), point);
+    vertex.point = fma(on_plane, lookup(Table::inset_scale, hit.id),
+                       lookup(Table::inset_x, Table::inset_y, Table::inset_z, hit.id));
+    if (!scene_.shapes.spheres.empty()) {
+      const Bool<D> sphere = lookup_flag(Table::sphere, hit.id);
+      const V3<D> outward = normalize(point - vertex.normal);
+      vertex.point = select(sphere, fma(outward, offset, vertex.normal), vertex.point);
+      vertex.normal = select(sphere, outward, vertex.normal);
+    }
+    vertex.front = dot(vertex.normal, ray_.backward) > R(0);
+    vertex.scatters = (hit.id >= R(0)) & (vertex.front | lookup_flag(Table::two_sided, hit.id));
+    vertex.mirror = scene_.has_mirrors ? lookup_flag(Table::mirror, hit.id) : Bool<D>::none();
+    vertex.normal = select(vertex.front, vertex.normal, -vertex.normal);
+    return vertex;
+  }
+
+  // The lanes for which light after so many bounces belongs to the picture.
+  Bool<D> counts(R bounces) const {
+    return (bounces >= R(static_cast<T>(settings_.bounces.first))) &
+           (bounces <= R(static_cast<T>(settings_.bounces.last)));
+  }
+
+  // Radiance of a lamp that the path has met, weighted by the chance that sampling the lamp would
+  // have found it instead.
+  void add_emission(const Hit<D>& hit) {
+    for (const auto& lamp : scene_.lamps) {
+      Bool<D> lit = (hit.id == R(lamp.id)) & vertex_.front;
+      if (!settings_.bounces.is_everything()) lit = lit & counts(depth_);
+      if (!lit.any()) continue;
+      V3<D> light = throughput_ * V3<D>(lamp.radiance);
+      if (settings_.method == Method::mis) {
+        // The balance heuristic: pdf / (pdf + probability / inverse).
+        const R inverse = inverse_lamp_pdf(lamp, ray_.origin, hit.distance);
+        const R weight = R(1) / (R(1) + R(lamp.probability) / (pdf_ * inverse));
+        light = light * weight;
+        lit = lit & (weight > R(0));  // not where lamp and vertex touch and nothing is defined
+      } else if (settings_.method == Method::nee) {
+        lit = lit & (pdf_ == R(certain));
+      }
+      radiance_ = select(lit, radiance_ + light, radiance_);
+    }
+  }
+
+  // A lamp for each path, chosen by its power, and a point on it.
+  void choose_lamps(const Sample<D>& sample) {
+    Bool<D> left = alive_ & !vertex_.mirror;
+    if (!settings_.bounces.is_everything()) left = left & counts(depth_ + R(1));
+    for (const auto& lamp : scene_.lamps) {
+      const R u = (sample.u - R(lamp.choice_begin)) / R(lamp.probability);
+      const Bool<D> chosen = &lamp == &scene_.lamps.back() ? left : left & (u < R(1));
+      left = left & !chosen;
+      if (chosen.any()) send_light(lamp, chosen, sample_lamp(lamp, vertex_.point, u, sample.v));
+    }
+  }
+
+  void send_light(const PackedLamp<T>& lamp, Bool<D> chosen, const LampSample<D>& to_lamp) {
+    const R cosine = dot(vertex_.normal, to_lamp.direction);
+    chosen = chosen & to_lamp.visible & (cosine > R(0));
+    // cosine / pi / pdf, where the balance heuristic adds the pdf of scattering there, cosine / pi.
+    const R share = cosine * R::inverse_pi() * to_lamp.inverse_pdf;
+    R probability(lamp.probability);
+    if (settings_.method == Method::mis) probability = probability + share;
+    const V3<D> radiance = throughput_ * V3<D>(lamp.radiance) * (share / probability);
+    light_.ray.origin = vertex_.point;
+    light_.ray.leaves = vertex_.id;
+    light_.ray.backward = select(chosen, -to_lamp.direction, light_.ray.backward);
+    light_.distance = select(chosen, to_lamp.distance, light_.distance);
+    light_.lamp = select(chosen, R(lamp.id), light_.lamp);
+    light_.radiance = select(chosen, radiance, light_.radiance);
+    light_.any = light_.any | chosen;
+  }
+
+  // Russian roulette. Paths dimmer than a third die in part; a third gave the least variance x time
+  // on the Cornell box, of 1, 1/1.5, 1/2, 1/2.5, 1/3, 1/4, 1/5 and 1/10.
+  void survive(R w) {
+    const R brightest = max(throughput_.x, max(throughput_.y, throughput_.z));
+    const R survival = min(R(1), R(3) * brightest);
+    throughput_ = throughput_ * (R(1) / survival);
+    alive_ = alive_ & (w < survival);
+  }
+
+  // The sampler's pairs: two for each bounce, the ray's direction and the lamp.
+  Bits<D> pair(uint32_t which) const {
+    const Bits<D> depth = to_bits(depth_);
+    return depth + depth + Bits<D>(which);
+  }
+
+  // The density of a direction that could not have been another: the camera's or a mirror's.
+  static constexpr T certain = std::numeric_limits<T>::infinity();
+
+  const PackedScene<T>& scene_;
+  const Settings& settings_;
+  LaneSamples<D> samples_;
+  SampleIndex<D> index_;
+  Bool<D> busy_;   // lanes with a sample
+  Bool<D> alive_;  // lanes whose path goes on
+  Ray<D> ray_;
+  R pdf_;    // of the ray's direction
+  R depth_;  // bounces so far
+  V3<D> throughput_, radiance_;
+  Vertex<D> vertex_;
+  DirectLight<D> light_;
+  int64_t rays_ = 0;
+};
+
+// Two packets take turns at each stage: the processor has work from one while the other waits for
+// divisions and square roots.
+template <class D>
+int64_t trace_paths(const TraceJob<hn::TFromD<D>>& job) {
+  Packet<D> packets[2] = {Packet<D>(job), Packet<D>(job)};
+  for (;;) {
+    bool busy = false;
+    for (auto& packet : packets) busy |= packet.next_ray();
+    if (!busy) return packets[0].rays() + packets[1].rays();
+    for (auto& packet : packets) packet.follow();
+    for (auto& packet : packets) packet.sample_lamps();
+    for (auto& packet : packets) packet.add_direct_light();
+  }
+}
+
+}  // namespace plumb::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

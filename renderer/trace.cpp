@@ -1,0 +1,39 @@
+#include "renderer/trace.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "renderer/trace.cpp"
+#include <hwy/foreach_target.h>
+
+#include "renderer/simd/path-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace plumb::HWY_NAMESPACE {
+
+int64_t trace_float(const TraceJob<float>& job) { return trace_paths<hn::ScalableTag<float>>(job); }
+
+int64_t trace_double(const TraceJob<double>& job) {
+  return trace_paths<hn::ScalableTag<double>>(job);
+}
+
+const char* target() { return hwy::TargetName(HWY_TARGET); }
+
+}  // namespace plumb::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace plumb {
+
+HWY_EXPORT(trace_float);
+HWY_EXPORT(trace_double);
+HWY_EXPORT(target);
+
+int64_t trace(const TraceJob<float>& job) { return HWY_DYNAMIC_DISPATCH(trace_float)(job); }
+int64_t trace(const TraceJob<double>& job) { return HWY_DYNAMIC_DISPATCH(trace_double)(job); }
+const char* trace_target() { return HWY_DYNAMIC_DISPATCH(target)(); }
+
+}  // namespace plumb
+#endif

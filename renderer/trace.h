@@ -1,0 +1,32 @@
+// The tracer's inner loop, compiled once for each SIMD instruction set and chosen at run time.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "renderer/film.h"
+#include "renderer/packed_scene.h"
+#include "renderer/settings.h"
+
+namespace plumb {
+
+// Some samples of every pixel. Several threads may work on one job: they share `next_pixel`.
+template <typename T>
+struct TraceJob {
+  const PackedScene<T>& scene;
+  const Settings& settings;
+  SampleRange samples;
+  Film& film;
+  std::atomic<int64_t>& next_pixel;
+};
+
+// Takes pixels until none is left and adds their samples to the film. Returns how many rays were
+// traced, shadow rays included. The same job gives the same film whatever the number of threads
+// and, among instruction sets with fused multiply-add, whatever the width of the vectors.
+int64_t trace(const TraceJob<float>& job);
+int64_t trace(const TraceJob<double>& job);
+
+// The instruction set that trace() uses on this machine.
+const char* trace_target();
+
+}  // namespace plumb

@@ -1,0 +1,204 @@
+// Radiance that is known exactly, for every method, sampler and precision.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "tests/test_scenes.h"
+
+namespace plumb::test {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+struct Case {
+  std::string name;
+  Scene scene;
+  double radiance;  // expected in every pixel's mean, all channels
+  BounceRange bounces;
+};
+
+// Irradiance at p, facing n, from a polygon of radiance 1 that is all above p's horizon: Lambert
+// 1760, half the sum over the edges of the angle they are seen at times the normal's component
+// along the edge's plane. Corners are clockwise seen from p.
+double lambert(const std::vector<Vec3>& corners, const Vec3& p, const Vec3& n) {
+  double sum = 0.0;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Vec3 a = corners[i] - p;
+    const Vec3 b = corners[(i + 1) % corners.size()] - p;
+    const Vec3 normal = a.cross(b);
+    sum += std::atan2(normal.length(), a.dot(b)) * normal.normalized().dot(n);
+  }
+  return std::abs(sum) / 2.0;
+}
+
+// A point on a wall, lit by a rectangle of radiance 1 that faces down. Seen from in front.
+Case rectangle_lamp(const std::string& name, const Vec3& corner, const Vec3& x, const Vec3& y,
+                    const Vec3& point, const Vec3& normal) {
+  constexpr double albedo = 0.75;
+  const Vec3 side = (std::abs(normal.y) < 0.5 ? Vec3(0, 1, 0) : Vec3(0, 0, 1)).cross(normal);
+  const Vec3 up = normal.cross(side);
+  Scene scene;
+  scene.shapes = {
+      parallelogram(point - side * 0.25 - up * 0.25, side * 0.5, up * 0.5, diffuse(albedo)),
+      parallelogram(corner, x, y, diffuse(0.0), 1.0)};
+  scene.camera = camera(point + normal * 0.02 + side * 0.4 - up * 0.1, point, pinpoint);
+  const double irradiance =
+      lambert({corner, corner + x, corner + x + y, corner + y}, point, normal);
+  return {name, scene, albedo / pi * irradiance, {1, 1}};
+}
+
+std::vector<Case> rectangle_lamps() {
+  const Vec3 x(1, 0, 0);
+  const Vec3 z(0, 0, 1);
+  return {
+      rectangle_lamp("below", {-0.5, 2, -0.5}, x, z, {0.1, 0, 0.2}, {0, 1, 0}),
+      rectangle_lamp("aside", {0.5, 2, -1.5}, x, z, {0, 0, 0}, {0, 1, 0}),
+      rectangle_lamp("tilted", {1.5, 2, -0.5}, x, z, {0, 0, 0}, Vec3(0.6, 0.8, 0)),
+      rectangle_lamp("large_and_near", {-2, 0.2, -2}, x * 4, z * 4, {0.3, 0, 0.1}, {0, 1, 0}),
+      // A wall beside the lamp, 3 % and 0.5 % of the lamp's size below its plane.
+      rectangle_lamp("grazing", {-0.5, 0.03, 0.1}, x, z, {0.1, 0, 0}, {0, 0, 1}),
+      rectangle_lamp("more_grazing", {-2, 0.005, 0.02}, x * 4, z, {0.1, 0, 0}, {0, 0, 1}),
+      // The Cornell box's back wall, 68.3 and 8.3 units below the lamp's plane; units are halved
+      // lamp depths.
+      rectangle_lamp("cornell_480", {-65 / 52.5, 68.3 / 52.5, 227.2 / 52.5}, x * (130 / 52.5),
+                     z * 2, {0, 0, 0}, {0, 0, 1}),
+      rectangle_lamp("cornell_540", {-65 / 52.5, 8.3 / 52.5, 227.2 / 52.5}, x * (130 / 52.5), z * 2,
+                     {0, 0, 0}, {0, 0, 1}),
+  };
+}
+
+// E = pi L sin^2(theta) cos(tilt): the whole sphere is above the horizon.
+Case sphere_lamp(const std::string& name, double radius, double distance, double tilt) {
+  constexpr double albedo = 0.75;
+  Scene scene;
+  scene.shapes = {
+      parallelogram({-0.5, 0, -0.5}, {0, 0, 1}, {1, 0, 0}, diffuse(albedo)),
+      sphere(Vec3(std::sin(tilt), std::cos(tilt), 0) * distance, radius, diffuse(0.0), 1.0)};
+  scene.camera = camera({-0.4, 0.03, 0.05}, {0, 0, 0}, pinpoint);
+  const double sine = radius / distance;
+  return {name, scene, albedo * sine * sine * std::cos(tilt), {1, 1}};
+}
+
+// Every wall emits 1 and reflects a: radiance is 1 + a + a^2 + ... = 1 / (1 - a) everywhere, and a
+// perfect mirror in the room shows nothing else.
+Case furnace(const std::string& name, double albedo, bool with_mirror) {
+  Scene scene;
+  scene.shapes = room({-1, -1, -1}, {1, 1.5, 1}, diffuse(albedo), 1.0);
+  if (with_mirror) scene.shapes.push_back(sphere({0.2, -0.3, 0.1}, 0.5, mirror(1.0)));
+  scene.camera = camera({-0.7, 0.6, -0.8}, {0.2, -0.2, 0.1}, 60.0);
+  return {name, scene, 1.0 / (1.0 - albedo), {}};
+}
+
+// A plate that emits 1 above a diffuse one of the same size: the mean radiance over the lower plate
+// is albedo times the form factor of two equal parallel rectangles. The camera sees the lower plate
+// exactly, and a pinhole camera in front of a plate samples its area evenly.
+Case facing_plates() {
+  constexpr double albedo = 0.75;
+  const double x = 1.5;  // sides over distance
+  const double y = 1.5;
+  Scene scene;
+  scene.shapes = {parallelogram({-x / 2, 0, -y / 2}, {0, 0, y}, {x, 0, 0}, diffuse(albedo)),
+                  parallelogram({-x / 2, 1, -y / 2}, {x, 0, 0}, {0, 0, y}, diffuse(0.0), 1.0)};
+  scene.camera = camera({0, 0.9, 0}, {0, 0, 0}, 2.0 * std::atan(x / 2 / 0.9) * 180.0 / pi);
+  const double rx = std::sqrt(1 + x * x);
+  const double ry = std::sqrt(1 + y * y);
+  const double factor =
+      2 / (pi * x * y) *
+      (std::log(rx * ry / std::sqrt(1 + x * x + y * y)) + x * ry * std::atan(x / ry) +
+       y * rx * std::atan(y / rx) - x * std::atan(x) - y * std::atan(y));
+  return {"facing_plates", scene, albedo * factor, {1, 1}};
+}
+
+// A lamp of radius r in the middle of a white sphere of radius R. All of the sphere is lit the
+// same, and sees the lamp under f = (r / R)^2 of its hemisphere, so
+// w = a (f + (1 - f) w), which gives w = a f / (1 - a (1 - f)).
+Case integrating_sphere() {
+  constexpr double albedo = 0.8;
+  Scene scene;
+  scene.shapes = {sphere({0, 0, 0}, 2.0, diffuse(albedo, true)),
+                  sphere({0, 0, 0}, 0.5, diffuse(0.0), 1.0)};
+  scene.camera = camera({0.9, 0.3, -0.8}, {1.8, 0.2, -1}, 30.0);
+  const double f = 0.25 * 0.25;
+  return {"integrating_sphere", scene, albedo * f / (1 - albedo * (1 - f)), {}};
+}
+
+std::vector<Case> cases() {
+  std::vector<Case> all = rectangle_lamps();
+  all.push_back(sphere_lamp("sphere_above", 0.5, 2.0, 0.0));
+  all.push_back(sphere_lamp("sphere_aslant", 0.5, 1.2, 1.0));
+  all.push_back(sphere_lamp("sphere_near", 1.0, 1.02, 0.1));
+  all.push_back(furnace("furnace_50", 0.5, false));
+  all.push_back(furnace("furnace_95", 0.95, false));
+  all.push_back(furnace("furnace_80_with_mirror", 0.8, true));
+  all.push_back(facing_plates());
+  all.push_back(integrating_sphere());
+  return all;
+}
+
+using Combination = std::tuple<Method, Sampler, Precision>;
+
+class ClosedForm : public testing::TestWithParam<std::tuple<Combination, int>> {};
+
+TEST_P(ClosedForm, IsMetWithinFourStandardErrors) {
+  const auto& [combination, number] = GetParam();
+  const auto& [method, sampler, precision] = combination;
+  const Case c = cases()[size_t(number)];
+  const Settings settings{.method = method,
+                          .sampler = sampler,
+                          .precision = precision,
+                          .seed = 1,
+                          .bounces = c.bounces};
+  const double wanted = method == Method::bsdf ? 1e-3 : 2e-4;
+  const Measurement m = measure_until(c.scene, settings, wanted);
+  EXPECT_LE(m.standard_error, wanted * c.radiance) << c.name;
+  EXPECT_NEAR(m.mean, c.radiance, 4.0 * m.standard_error + 1e-6 * c.radiance)
+      << c.name << ": " << (m.mean / c.radiance - 1.0) * 100.0 << " % off, standard error "
+      << m.standard_error / c.radiance * 100.0 << " %";
+}
+
+std::string name_of(const testing::TestParamInfo<ClosedForm::ParamType>& info) {
+  const auto& [combination, number] = info.param;
+  const auto& [method, sampler, precision] = combination;
+  const char* methods[] = {"bsdf", "nee", "mis"};
+  return std::string(methods[int(method)]) +
+         (sampler == Sampler::sobol ? "_sobol" : "_independent") +
+         (precision == Precision::float32 ? "_float_" : "_double_") + cases()[size_t(number)].name;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, ClosedForm,
+    testing::Combine(testing::Combine(testing::Values(Method::bsdf, Method::nee, Method::mis),
+                                      testing::Values(Sampler::independent, Sampler::sobol),
+                                      testing::Values(Precision::float32, Precision::float64)),
+                     testing::Range(0, static_cast<int>(cases().size()))),
+    name_of);
+
+TEST(UnlitScene, IsExactlyBlack) {
+  Scene scene;
+  scene.shapes = room({-1, -1, -1}, {1, 1, 1}, diffuse(0.9));
+  scene.shapes.push_back(sphere({0, 0, 0}, 0.3, mirror(0.9)));
+  scene.camera = camera({-0.7, 0.6, -0.8}, {0, 0, 0}, 60.0);
+  for (const Method method : {Method::bsdf, Method::nee, Method::mis}) {
+    const Film film = render_film(scene, {.method = method, .bounces = {}}, {0, 64});
+    EXPECT_EQ(film.mean(), std::vector<float>(film.mean().size(), 0.0f));
+    EXPECT_EQ(film.variance(), std::vector<float>(film.mean().size(), 0.0f));
+  }
+}
+
+TEST(Lambert, AgreesWithTheFactorOfAParallelRectangleOverItsCorner) {
+  const double x = 0.7;  // sides over height
+  const double y = 1.9;
+  const double rx = std::sqrt(1 + x * x);
+  const double ry = std::sqrt(1 + y * y);
+  const double factor = (x / rx * std::atan(y / rx) + y / ry * std::atan(x / ry)) / (2 * pi);
+  const std::vector<Vec3> lamp{{0, 1, 0}, {x, 1, 0}, {x, 1, y}, {0, 1, y}};
+  EXPECT_NEAR(lambert(lamp, {0, 0, 0}, {0, 1, 0}), pi * factor, 1e-14);
+}
+
+}  // namespace
+}  // namespace plumb::test

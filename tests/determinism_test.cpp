@@ -1,0 +1,118 @@
+// The same scene, seed, method and samples give the same bits.
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <string>
+#include <vector>
+
+#include "renderer/scene_reader.h"
+#include "renderer/trace.h"
+#include "tests/test_scenes.h"
+
+namespace plumb::test {
+namespace {
+
+Scene small(const std::string& name) {
+  Scene scene = read_scene(std::string(PLUMB_SCENES "/") + name + "/scene.xml");
+  scene.camera.width = 50;  // not a multiple of any vector's lanes
+  scene.camera.height = 37;
+  return scene;
+}
+
+std::vector<Settings> all_settings() {
+  std::vector<Settings> all;
+  for (const Method method : {Method::bsdf, Method::nee, Method::mis}) {
+    for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
+      for (const Precision precision : {Precision::float32, Precision::float64}) {
+        all.push_back({.method = method,
+                       .sampler = sampler,
+                       .precision = precision,
+                       .seed = 5,
+                       .bounces = {}});
+      }
+    }
+  }
+  return all;
+}
+
+TEST(Determinism, TheNumberOfThreadsDoesNotMatter) {
+  for (const char* name : {"cornell", "seed"}) {
+    for (Settings settings : all_settings()) {
+      settings.threads = 1;
+      const Film one = render_film(small(name), settings, {0, 10});
+      for (const int threads : {2, 3}) {
+        settings.threads = threads;
+        const Film several = render_film(small(name), settings, {0, 10});
+        EXPECT_EQ(one.mean(), several.mean());
+        EXPECT_EQ(one.variance(), several.variance());
+      }
+    }
+  }
+}
+
+// Restores the choice of instruction set at the end of a test.
+class Targets : public testing::Test {
+ protected:
+  ~Targets() override { hwy::SetSupportedTargetsForTest(0); }
+
+  static void use(int64_t target) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().DeInit();
+  }
+};
+
+TEST_F(Targets, WithFusedMultiplyAddGiveTheSameBits) {
+  std::vector<int64_t> fused;
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    if ((target & (HWY_SSE4 | HWY_SSSE3 | HWY_SCALAR)) == 0) fused.push_back(target);
+  }
+  ASSERT_FALSE(fused.empty());
+  if (fused.size() == 1) GTEST_SKIP() << "only " << hwy::TargetName(fused[0]) << " here";
+  for (const char* name : {"cornell", "seed"}) {
+    for (const Settings& settings : all_settings()) {
+      use(fused[0]);
+      const Film first = render_film(small(name), settings, {0, 10});
+      EXPECT_STREQ(trace_target(), hwy::TargetName(fused[0]));
+      for (const int64_t target : fused) {
+        use(target);
+        EXPECT_EQ(first.mean(), render_film(small(name), settings, {0, 10}).mean())
+            << hwy::TargetName(fused[0]) << " and " << hwy::TargetName(target);
+      }
+    }
+  }
+}
+
+TEST_F(Targets, WithoutFusedMultiplyAddDifferByRoundingOnly) {
+  const Settings settings{.precision = Precision::float64, .bounces = {}};
+  const Film usual = render_film(small("cornell"), settings, {0, 64});
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    use(target);
+    const Film other = render_film(small("cornell"), settings, {0, 64});
+    const std::vector<float> a = usual.mean();
+    const std::vector<float> b = other.mean();
+    for (size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-6) << hwy::TargetName(target);
+  }
+}
+
+TEST(Determinism, PassesDoNotMatter) {
+  for (const Settings& settings : all_settings()) {
+    const Scene scene = small("cornell");
+    Film parts(scene.camera.width, scene.camera.height);
+    for (const SampleRange samples : {SampleRange{0, 7}, {7, 8}, {8, 64}, {64, 128}}) {
+      render(scene, settings, {.samples = samples}, parts);
+    }
+    EXPECT_EQ(parts.mean(), render_film(scene, settings, {0, 128}).mean());
+    EXPECT_EQ(parts.variance(), render_film(scene, settings, {0, 128}).variance());
+  }
+}
+
+TEST(Determinism, AnotherSeedGivesAnotherPicture) {
+  for (Settings settings : all_settings()) {
+    const Film one = render_film(small("cornell"), settings, {0, 8});
+    settings.seed = 6;
+    EXPECT_NE(one.mean(), render_film(small("cornell"), settings, {0, 8}).mean());
+  }
+}
+
+}  // namespace
+}  // namespace plumb::test
