@@ -1,0 +1,324 @@
+// What may be relied on about the command line: it is run as a user would run it.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "images/image.h"
+
+namespace plumb {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* scene_start = R"(<scene version="3.0.0">
+  <sensor type="perspective">
+    <float name="fov" value="60"/>
+    <transform name="to_world"><lookat origin="0, 1, 4" target="0, 1, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm">
+      <integer name="width" value="8"/>
+      <integer name="height" value="6"/>
+      <rfilter type="box"/>
+    </film>
+  </sensor>
+  <shape type="rectangle">
+    <transform name="to_world"><rotate x="1" angle="-90"/><scale value="3"/></transform>
+  </shape>
+)";
+constexpr const char* scene_lamp = R"(
+  <shape type="sphere">
+    <point name="center" x="0" y="2" z="0"/>
+    <float name="radius" value="0.5"/>
+    <emitter type="area"><rgb name="radiance" value="5, 4, 3"/></emitter>
+  </shape>
+)";
+
+std::string text_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+struct Result {
+  int exit_code;  // or the signal that killed it, negative
+  std::string out;
+  std::string err;
+};
+
+template <typename T>
+T get(const Image& image, const std::string& key) {
+  const auto entry = std::ranges::find(image.metadata, key, &Metadata::value_type::first);
+  if (entry == image.metadata.end()) throw std::out_of_range(key);
+  return std::get<T>(entry->second);
+}
+
+std::vector<float> channel(const Image& image, const std::string& name) {
+  const auto found = std::ranges::find(image.channels, name);
+  if (found == image.channels.end()) throw std::out_of_range(name);
+  std::vector<float> values;
+  for (size_t i = size_t(found - image.channels.begin()); i < image.values.size();
+       i += image.channels.size()) {
+    values.push_back(image.values[i]);
+  }
+  return values;
+}
+
+// Each test has a folder of its own, in which `plumb` runs, with two scenes.
+class CliTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder = fs::path(testing::TempDir()) /
+             ("plumb-" + std::to_string(getpid()) + "-" + std::string(test->name()));
+    fs::create_directories(folder / "folder.exr");
+    write_text(folder / "scene.xml", std::string(scene_start) + scene_lamp + "</scene>");
+    write_text(folder / "unlit.xml", std::string(scene_start) + "</scene>");
+  }
+
+  void TearDown() override { fs::remove_all(folder); }
+
+  // `arguments` are separated by spaces; without `stderr_to`, stderr goes into a file.
+  pid_t start(const std::string& arguments, int stderr_to = -1) const {
+    std::istringstream stream(arguments);
+    std::vector<std::string> words{PLUMB_EXECUTABLE};
+    for (std::string word; stream >> word;) words.push_back(word);
+    std::vector<char*> argv(words.size() + 1);  // ends with a null pointer
+    std::ranges::transform(words, argv.begin(), [](std::string& word) { return word.data(); });
+
+    const pid_t child = fork();
+    if (child != 0) return child;
+    const auto open_new = [](const char* name) {
+      return open(name, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    };
+    if (chdir(folder.c_str()) == 0) {
+      dup2(open_new("stdout.txt"), STDOUT_FILENO);
+      dup2(stderr_to >= 0 ? stderr_to : open_new("stderr.txt"), STDERR_FILENO);
+      execv(argv[0], argv.data());
+    }
+    _exit(127);
+  }
+
+  Result finish(pid_t child) const {
+    int status = 0;
+    EXPECT_EQ(waitpid(child, &status, 0), child);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status),
+            text_of(folder / "stdout.txt"), text_of(folder / "stderr.txt")};
+  }
+
+  Result plumb(const std::string& arguments) const { return finish(start(arguments)); }
+
+  // Expects success.
+  Image render(const std::string& arguments) const {
+    const Result result = plumb("render " + arguments + " -o rendered.exr");
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return read_image(folder / "rendered.exr");
+  }
+
+  // Expects exit code 2, one line on stderr with `fragment`, and the files as they were.
+  void expect_trouble(const std::string& arguments, const std::string& fragment) const {
+    SCOPED_TRACE("plumb " + arguments);
+    write_text(folder / "earlier.exr", "earlier");
+    const Result result = plumb(arguments);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.out, "");
+    EXPECT_NE(result.err.find(fragment), std::string::npos) << result.err;
+    EXPECT_EQ(result.err.find('\n'), result.err.size() - 1) << result.err;
+    EXPECT_EQ(text_of(folder / "earlier.exr"), "earlier");
+    EXPECT_FALSE(fs::exists(folder / "new.exr"));
+  }
+
+  fs::path folder;
+};
+
+TEST_F(CliTest, EveryHelpHasAnExampleAndFitsIntoATerminal) {
+  for (const std::string command : {"", "render ", "merge "}) {
+    const Result result = plumb(command + "--help");
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_EQ(result.err, "");
+    EXPECT_NE(result.out.find("\nUsage: plumb " + command), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find("\nExample"), std::string::npos) << result.out;
+    std::istringstream lines(result.out);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+  }
+  EXPECT_EQ(plumb("--version").out, "plumb " PLUMB_VERSION "\n");
+}
+
+TEST_F(CliTest, TroubleIsToldInOneLineBeforeAnyFileIsTouched) {
+  const std::pair<std::string, std::string> cases[] = {
+      {"", "no command"},
+      {"rendr", "rendr"},
+      {"render", "SCENE"},
+      {"render scene.xml", "--output"},
+      {"render scene.xml -o", "--output"},
+      {"render scene.xml -o new.exr other.xml", "other.xml"},
+      {"render scene.xml -o new.exr --colour", "--colour"},
+      {"render missing.xml -o new.exr", "missing.xml: no such file"},
+      {"render scene.xml -o new.jpg", "new.jpg: unknown image format"},
+      {"render scene.xml -o new.exr -o missing/new.exr", "No such file or directory"},
+      {"render scene.xml -o new.exr -o folder.exr", "folder.exr: cannot write: Is a directory"},
+      {"render scene.xml -o new.exr -o ./new.exr", "./new.exr is given twice"},
+      {"render scene.xml -o new.exr --exposure 1", "--exposure"},
+      {"render scene.xml -o new.png --exposure nan", "--exposure: 'nan' is not a number"},
+      {"render scene.xml -o new.exr --size 0x5", "--size: '0x5' is not a size"},
+      {"render scene.xml -o new.exr --spp 0", "--spp: '0' is not a whole number"},
+      {"render scene.xml -o new.exr --spp -3", "--spp: '-3' is not"},
+      {"render scene.xml -o new.exr --spp 99999999999999999999", "--spp"},
+      {"render scene.xml -o new.exr --time 0", "--time: '0' is not a number above 0"},
+      {"render scene.xml -o new.exr --time 1e999", "--time: '1e999' is not"},
+      {"render scene.xml -o new.exr --error nan", "--error: 'nan' is not"},
+      {"render scene.xml -o new.exr --samples 5:5", "--samples: '5:5' is not a range"},
+      {"render scene.xml -o new.exr --samples 0:4 --spp 4", "excludes"},
+      {"render scene.xml -o new.exr --bounces 3:1", "--bounces: '3:1' is not a range"},
+      {"render scene.xml -o new.exr --method best", "bsdf, nee, mis"},
+      {"render scene.xml -o new.exr --seed -1", "--seed"},
+      {"render scene.xml -o new.exr --threads 0", "--threads"},
+      {"render unlit -o earlier.exr", "unlit"},
+      {"merge", "PART"},
+      {"merge missing.exr -o new.exr", "missing.exr"},
+      {"merge earlier.exr -o earlier.exr", "earlier.exr: not an EXR image"},
+  };
+  for (const auto& [arguments, fragment] : cases) expect_trouble(arguments, fragment);
+}
+
+TEST_F(CliTest, RenderWritesLinearPictureWithNoiseAndPreview) {
+  const Result result = plumb("render scene.xml --spp 8 -o a.exr -o a.png --exposure -1");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.err, "");
+  EXPECT_NE(result.out.find("wrote a.exr\nwrote a.png\n"), std::string::npos) << result.out;
+  const Image image = read_image(folder / "a.exr");
+  EXPECT_EQ(image.width, 8);
+  EXPECT_EQ(image.height, 6);
+  EXPECT_EQ(image.channels,
+            (std::vector<std::string>{"R", "G", "B", "variance.R", "variance.G", "variance.B"}));
+  EXPECT_TRUE(text_of(folder / "a.png").starts_with("\x89PNG"));
+}
+
+TEST_F(CliTest, ImageTellsHowItWasMade) {
+  const Image image = render(
+      "scene.xml --size 5x4 --spp 6 --method nee --sampler independent --precision double "
+      "--bounces 1:3 --seed 7 --threads 1");
+  EXPECT_EQ(image.width, 5);
+  EXPECT_EQ(image.height, 4);
+  const std::pair<std::string, std::string> words[] = {
+      {"renderer", "plumbline"}, {"version", PLUMB_VERSION}, {"method", "nee"},
+      {"precision", "double"},   {"sampler", "independent"}, {"bounces", "1:3"},
+      {"samples", "0:6"}};
+  for (const auto& [key, word] : words) EXPECT_EQ(get<std::string>(image, key), word) << key;
+  EXPECT_NE(get<std::string>(image, "scene"), "");
+  EXPECT_EQ(get<std::string>(image, "sceneHash").size(), 40U);
+  EXPECT_NE(get<std::string>(image, "host").find(", 1 thread, "), std::string::npos);
+  EXPECT_EQ(get<int>(image, "seed"), 7);
+  EXPECT_EQ(get<int>(image, "replicates"), 4);
+  for (const char* key : {"relativeError", "wallSeconds", "cpuSeconds", "rays"}) {
+    EXPECT_GT(get<double>(image, key), 0.0) << key;
+  }
+  EXPECT_EQ(get<std::string>(render("scene.xml"), "samples"), "0:64");
+}
+
+TEST_F(CliTest, RenderingEndsWithTheFirstLimit) {
+  EXPECT_EQ(get<std::string>(render("scene.xml --spp 5 --time 1000"), "samples"), "0:5");
+  EXPECT_GE(get<double>(render("scene.xml --time 0.05"), "wallSeconds"), 0.05);
+  EXPECT_LE(get<double>(render("scene.xml --error 2%"), "relativeError"), 0.02);
+  EXPECT_EQ(render("scene.xml --error 0.02 --spp 9").values, render("scene.xml --spp 9").values);
+}
+
+TEST_F(CliTest, MergedPartsEqualTheWhole) {
+  const Image whole = render("scene.xml --spp 50");
+  for (const char* range : {"0:3", "3:20", "20:50"}) {
+    const std::string part = std::string("scene.xml --samples ") + range;
+    EXPECT_EQ(plumb("render " + part + " -o " + range + ".exr").exit_code, 0);
+  }
+  EXPECT_EQ(plumb("merge 20:50.exr 3:20.exr -o 3:50.exr").exit_code, 0);
+  const Result result = plumb("merge 3:50.exr 0:3.exr -o merged.exr");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+
+  const Image merged = read_image(folder / "merged.exr");
+  EXPECT_EQ(get<std::string>(merged, "samples"), "0:50");
+  EXPECT_NEAR(get<double>(merged, "relativeError"), get<double>(whole, "relativeError"), 1e-6);
+  EXPECT_EQ(get<double>(merged, "rays"), get<double>(whole, "rays"));
+  for (const std::string color : {"R", "G", "B"}) {
+    const std::vector<float> mean = channel(whole, color);
+    const std::vector<float> variance = channel(whole, "variance." + color);
+    const std::vector<float> merged_mean = channel(merged, color);
+    const std::vector<float> merged_variance = channel(merged, "variance." + color);
+    for (size_t i = 0; i < mean.size(); ++i) {
+      EXPECT_NEAR(mean[i], merged_mean[i], 1e-6F * mean[i]);
+      EXPECT_NEAR(variance[i], merged_variance[i],
+                  1e-6F * mean[i] * std::sqrt(variance[i]) + 1e-12F);
+    }
+  }
+}
+
+TEST_F(CliTest, MergeRefusesWhatDoesNotBelongTogether) {
+  const std::pair<std::string, std::string> parts[] = {
+      {"a", "scene.xml --samples 0:8"},       {"overlap", "scene.xml --samples 4:12"},
+      {"later", "scene.xml --samples 12:16"}, {"seed", "scene.xml --samples 8:16 --seed 1"},
+      {"scene", "unlit.xml --samples 8:16"},  {"size", "scene.xml --samples 8:16 --size 6x8"},
+      {"whole", "scene.xml --spp 8"},
+  };
+  for (const auto& [name, arguments] : parts) {
+    ASSERT_EQ(plumb("render -o " + name + ".exr " + arguments).exit_code, 0);
+  }
+  const std::pair<std::string, std::string> cases[] = {
+      {"a", "overlap"},
+      {"overlap", "a.exr and overlap.exr overlap"},
+      {"later", "samples 8:12 are missing between a.exr and later.exr"},
+      {"seed", "seed.exr: not the same seed"},
+      {"scene", "scene.exr: not the same scene"},
+      {"size", "size.exr: 6x8 pixels"},
+      {"whole", "whole.exr: lacks replicates"},
+  };
+  for (const auto& [other, fragment] : cases) {
+    expect_trouble("merge a.exr " + other + ".exr -o new.exr", fragment);
+  }
+}
+
+TEST_F(CliTest, UnlitSceneIsBlackWithAWarning) {
+  const Result result = plumb("render unlit.xml --spp 4 -o black.exr");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_NE(result.err.find("warning: unlit.xml: no lamp"), std::string::npos) << result.err;
+  const Image image = read_image(folder / "black.exr");
+  EXPECT_TRUE(std::ranges::all_of(image.values, [](float value) { return value == 0.0F; }));
+}
+
+TEST_F(CliTest, InterruptSavesWhatIsFinishedWithItsTrueCount) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    // On a terminal the first pass is announced at once.
+    const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+    ASSERT_GE(terminal, 0);
+    ASSERT_EQ(grantpt(terminal), 0);
+    ASSERT_EQ(unlockpt(terminal), 0);
+    const int terminal_end = open(ptsname(terminal), O_RDWR | O_NOCTTY);
+    const pid_t child = start("render scene.xml --time 300 -o saved.exr", terminal_end);
+    close(terminal_end);
+    std::string shown;
+    char buffer[256];
+    for (ssize_t n = 1; n > 0 && shown.find(" spp") == std::string::npos;) {
+      n = read(terminal, buffer, sizeof(buffer));
+      shown.append(buffer, size_t(std::max<ssize_t>(n, 0)));
+    }
+    kill(child, signal);
+    const Result result = finish(child);
+    close(terminal);
+
+    EXPECT_EQ(result.exit_code, 128 + signal);
+    const auto samples = get<std::string>(read_image(folder / "saved.exr"), "samples");
+    const std::string count = samples.substr(samples.find(':') + 1);
+    EXPECT_NE(result.out.find(": " + count + " spp in "), std::string::npos) << result.out;
+    EXPECT_EQ(read_image(folder / "saved.exr").values, render("scene.xml --spp " + count).values);
+  }
+}
+
+}  // namespace
+}  // namespace plumb
