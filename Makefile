@@ -7,7 +7,7 @@ packages := g++ cmake ninja-build pkg-config libcli11-dev libfmt-dev libhwy-dev 
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps build test report bench lamp-sampling clean
+.PHONY: help deps build test report bench lamp-sampling pictures clean
 
 help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
@@ -16,6 +16,7 @@ help:
 	@echo "make report  renders the reference scenes into out/"
 	@echo "make bench   measures the renderer's speed and noise"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
+	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
 	@echo "make clean   removes build/ and out/"
 
 deps:
@@ -50,10 +51,17 @@ report: build
 	@echo "Pictures: $(CURDIR)/out/cornell.png and $(CURDIR)/out/seed.png, and as .exr beside them"
 
 bench: build
-	build/render_bench --benchmark_counters_tabular=true
+	build/render_bench
 
 lamp-sampling: build
 	build/lamp_sampling
+
+pictures: build
+	@mkdir -p docs/pictures
+	for scene in cornell seed; do \
+	  build/plumb render reference_scenes/$$scene/scene.xml --size 512x512 --spp 4096 \
+	    -o docs/pictures/$$scene.png --exposure 0.5 || exit; \
+	done
 
 clean:
 	rm -rf build out

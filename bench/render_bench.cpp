@@ -67,11 +67,7 @@ double relative_mse(const Film& film, const Reference& r) {
   return sum / count;
 }
 
-// Milliseconds and counters of each row, for the ratios below the table.
-std::map<std::string, double> seconds_of_row;
-
-void measure(benchmark::State& state, const std::string& row, const std::string& name,
-             const Settings& settings) {
+void measure(benchmark::State& state, const std::string& name, const Settings& settings) {
   const Reference& r = reference(name);
   Cost warm_up;
   draw(r.scene, settings, samples_per_pixel, warm_up);
@@ -93,15 +89,11 @@ void measure(benchmark::State& state, const std::string& row, const std::string&
   state.counters["Mrays/s"] = static_cast<double>(total.rays) / 1e6 / total.wall_seconds;
   state.counters["relMSE"] = error;
   state.counters["relMSE*s"] = error * total.wall_seconds / renders;
-  seconds_of_row[row] = total.wall_seconds;
 }
 
 void add_row(const std::string& row, const std::string& scene, const Settings& settings) {
-  benchmark::RegisterBenchmark(
-      row.c_str(), [=](benchmark::State& state) { measure(state, row, scene, settings); })
-      ->Iterations(renders)
-      ->UseManualTime()
-      ->Unit(benchmark::kMillisecond);
+  const auto run = [=](benchmark::State& state) { measure(state, scene, settings); };
+  benchmark::RegisterBenchmark(row.c_str(), run)->Iterations(renders)->UseManualTime();
 }
 
 void add_rows() {
@@ -118,8 +110,40 @@ void add_rows() {
     }
   }
   add_row("cornell/mis/sobol/double", "cornell", {.precision = Precision::float64, .bounces = {}});
-  add_row("cornell/mis/sobol/1_thread", "cornell", {.bounces = {}, .threads = 1});
+  add_row("cornell/mis/sobol/1 thread", "cornell", {.bounces = {}, .threads = 1});
 }
+
+// A table that can stand in a document as it is.
+class TableReporter : public benchmark::BenchmarkReporter {
+ public:
+  bool ReportContext(const Context&) override {
+    fmt::print("256x256, {} samples per pixel, {}\n\n", samples_per_pixel, trace_target());
+    fmt::print("| scene/method/sampler | Msamples/s | Mrays/s | relMSE | relMSE x s |\n");
+    fmt::print("|---|---|---|---|---|\n");
+    return true;
+  }
+
+  void ReportRuns(const std::vector<Run>& runs) override {
+    for (const Run& run : runs) {
+      const auto value = [&](const char* name) { return run.counters.at(name).value; };
+      const std::string& row = run.run_name.function_name;
+      fmt::print("| {} | {:.1f} | {:.0f} | {:.2e} | {:.2e} |\n", row, value("Msamples/s"),
+                 value("Mrays/s"), value("relMSE"), value("relMSE*s"));
+      rates_[row] = value("Msamples/s");
+    }
+    std::fflush(stdout);
+  }
+
+  void Finalize() override {
+    const auto all = rates_.find("cornell/mis/sobol");
+    const auto one = rates_.find("cornell/mis/sobol/1 thread");
+    if (all == rates_.end() || one == rates_.end()) return;
+    fmt::print("\nAll threads do {:.2f} times what one does.\n", all->second / one->second);
+  }
+
+ private:
+  std::map<std::string, double> rates_;
+};
 
 }  // namespace
 }  // namespace plumb
@@ -128,14 +152,7 @@ int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   plumb::add_rows();
-  fmt::print("256x256, {} samples per pixel, {}\n", plumb::samples_per_pixel,
-             plumb::trace_target());
-  benchmark::RunSpecifiedBenchmarks();
-  const auto& seconds = plumb::seconds_of_row;
-  const auto all = seconds.find("cornell/mis/sobol");
-  const auto one = seconds.find("cornell/mis/sobol/1_thread");
-  if (all != seconds.end() && one != seconds.end()) {
-    fmt::print("All threads do {:.2f} times what one does.\n", one->second / all->second);
-  }
+  plumb::TableReporter reporter;
+  benchmark::RunSpecifiedBenchmarks(&reporter);
   return 0;
 }
