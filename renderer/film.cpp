@@ -73,25 +73,18 @@ std::array<double, 6> Film::moments(int64_t pixel) const {
   return result;
 }
 
-std::vector<float> Film::mean() const {
+std::vector<float> Film::collect(size_t first) const {
   std::vector<float> values;
   values.reserve(size_t(pixel_count()) * 3);
   for (int64_t p = 0; p < pixel_count(); ++p) {
     const auto m = moments(p);
-    for (size_t c = 0; c < 3; ++c) values.push_back(static_cast<float>(m[c]));
+    for (size_t c = first; c < first + 3; ++c) values.push_back(static_cast<float>(m[c]));
   }
   return values;
 }
 
-std::vector<float> Film::variance() const {
-  std::vector<float> values;
-  values.reserve(size_t(pixel_count()) * 3);
-  for (int64_t p = 0; p < pixel_count(); ++p) {
-    const auto m = moments(p);
-    for (size_t c = 3; c < 6; ++c) values.push_back(static_cast<float>(m[c]));
-  }
-  return values;
-}
+std::vector<float> Film::mean() const { return collect(0); }
+std::vector<float> Film::variance() const { return collect(3); }
 
 double Film::relative_error() const {
   if (!knows_variance()) return std::numeric_limits<double>::infinity();

@@ -59,6 +59,7 @@ class Film {
 
  private:
   std::array<double, 6> moments(int64_t pixel) const;
+  std::vector<float> collect(size_t first_moment) const;
 
   int width_;
   int height_;

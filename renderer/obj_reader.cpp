@@ -42,7 +42,7 @@ Mesh read_face(std::istream& statement, const std::vector<Vec3>& vertices) {
   const auto& c = face.corners;
   if (c.size() != 3 && c.size() != 4) throw SceneError("a face has three corners or four");
   if (is_flat_and_convex(face)) return {face};
-  const Mesh triangles = {{{c[0], c[1], c[2]}}, {{c[0], c[2], c.back()}}};
+  Mesh triangles = {{{c[0], c[1], c[2]}}, {{c[0], c[2], c.back()}}};
   if (std::ranges::all_of(triangles, is_flat_and_convex)) return triangles;
   throw SceneError("the face or one of its triangles has no area");
 }

@@ -44,7 +44,6 @@ Imath::Box3d bounds(const std::vector<Shape>& shapes) {
 
 // Whether every edge lies between two faces, and no corner above any face.
 bool is_convex_solid(const Mesh& mesh) {
-  constexpr double rounding = 1e-12;
   std::vector<std::pair<Vec3, Vec3>> edges;
   for (const Polygon& face : mesh) {
     for (size_t i = 0; i < face.corners.size(); ++i) {
@@ -58,7 +57,7 @@ bool is_convex_solid(const Mesh& mesh) {
     const Vec3 normal = face.normal();
     const double size = (face.corners[2] - face.corners[0]).length();
     return std::ranges::all_of(edges, [&](const auto& edge) {
-      return normal.dot(edge.first - face.corners[0]) <= rounding * size;
+      return normal.dot(edge.first - face.corners[0]) <= Polygon::rounding * size;
     });
   };
   return std::ranges::all_of(edges, has_opposite) && std::ranges::all_of(mesh, is_below);
@@ -109,8 +108,7 @@ bool bounds_the_scene(const Polygon& polygon, const std::vector<Surface>& surfac
       for (const Vec3& c : std::get<Polygon>(surface.geometry).corners) include(c, 0.0);
     }
   }
-  constexpr double rounding = 1e-14;
-  return lowest >= -rounding || highest <= rounding;
+  return lowest >= -Polygon::rounding || highest <= Polygon::rounding;
 }
 
 template <typename T>
@@ -276,7 +274,7 @@ PackedScene<T>::PackedScene(const Scene& scene) {
 
   const std::vector<Surface> list = list_surfaces(scene, middle, scale);
   surfaces.count = static_cast<int>(list.size());
-  surfaces.stride = static_cast<int>((list.size() + 63) / 64 * 64);
+  surfaces.stride = static_cast<int>((list.size() / 64 + 1) * 64);
   surfaces.values.assign(size_t{SurfaceTable<T>::columns} * size_t(surfaces.stride), T{0});
   for (int i = 0; i < static_cast<int>(list.size()); ++i) {
     const Surface& surface = list[size_t(i)];

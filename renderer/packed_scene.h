@@ -89,9 +89,9 @@ struct PackedLamp {
   T radius;
 };
 
-// What shading needs, one array per value, looked up by surface id. A hit point p goes to
-// inset_scale * p + inset. For a sphere the normal holds
-// the centre and the offset the radius. A flat surface is at dot(normal, p) + offset = 0.
+// What shading needs, one array per value, looked up by surface id. A flat surface is at
+// dot(normal, p) + offset = 0; for a sphere the normal holds the centre and the offset the radius.
+// A hit point p goes to inset_scale * p + inset.
 template <typename T>
 struct SurfaceTable {
   enum Column {
@@ -113,7 +113,7 @@ struct SurfaceTable {
   static constexpr int columns = 14;
 
   int count = 0;   // of surfaces
-  int stride = 0;  // the same, rounded up to a multiple of 64
+  int stride = 0;  // a multiple of 64 above that
   std::vector<T> values;
 
   const T* column(Column c) const { return values.data() + size_t(c) * size_t(stride); }

@@ -1,5 +1,7 @@
 #include "renderer/render.h"
 
+#include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -63,8 +65,9 @@ template <typename T>
 Cost render_as(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
                const ProgressCallback& callback, const std::atomic<bool>* stop) {
   const PackedScene<T> packed(scene);
-  tbb::task_arena arena(settings.threads > 0 ? settings.threads : tbb::task_arena::automatic);
-  const int threads = arena.max_concurrency();
+  const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
+  const tbb::global_control workers(tbb::global_control::max_allowed_parallelism, size_t(threads));
+  tbb::task_arena arena(threads);
   const double wall_start = wall_now();
   const double cpu_start = cpu_now();
   Progress progress;

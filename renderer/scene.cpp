@@ -18,14 +18,14 @@ bool Polygon::is_parallelogram() const {
   if (corners.size() != 4) return false;
   const Vec3 gap = (corners[0] - corners[1]) + (corners[2] - corners[3]);
   const double size = (corners[2] - corners[0]).length() + (corners[3] - corners[1]).length();
-  return gap.length() <= 1e-12 * size;
+  return gap.length() <= rounding * size;
 }
 
 bool Polygon::is_rectangle() const {
   if (!is_parallelogram()) return false;
   const Vec3 x = (corners[1] - corners[0]).normalized();
   const Vec3 y = (corners[3] - corners[0]).normalized();
-  return std::abs(x.dot(y)) <= 1e-9;
+  return std::abs(x.dot(y)) <= rounding;
 }
 
 double Camera::half_width() const {

@@ -24,9 +24,12 @@ struct Polygon {
   // Unit length, from Newell's sum over the edges.
   Vec3 normal() const;
 
-  // Both up to the rounding of a transform.
+  // Both up to `rounding` of its size.
   bool is_parallelogram() const;
   bool is_rectangle() const;
+
+  // What coordinates in double lose a million sizes away from the origin; far below float's.
+  static constexpr double rounding = 1e-9;
 };
 
 struct Sphere {

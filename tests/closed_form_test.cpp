@@ -190,6 +190,13 @@ TEST(UnlitScene, IsExactlyBlack) {
   }
 }
 
+TEST(EmptyScene, IsExactlyBlack) {
+  Scene scene;
+  scene.camera = camera({0, 0, 0}, {0, 0, 1}, 60.0);
+  const Film film = render_film(scene, {.bounces = {}}, {0, 8});
+  EXPECT_EQ(film.mean(), std::vector<float>(film.mean().size(), 0.0f));
+}
+
 TEST(Lambert, AgreesWithTheFactorOfAParallelRectangleOverItsCorner) {
   const double x = 0.7;  // sides over height
   const double y = 1.9;

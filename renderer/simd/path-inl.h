@@ -68,8 +68,9 @@ class LaneSamples {
         if (next_pixel_ == end_pixel_) return false;
       }
       pixel_[lane] = static_cast<uint32_t>(next_pixel_);
-      x_[lane] = static_cast<T>(next_pixel_ % job_.film.width());
-      y_[lane] = static_cast<T>(next_pixel_ / job_.film.width());
+      const int64_t row = next_pixel_ / job_.film.width();
+      x_[lane] = static_cast<T>(next_pixel_ - row * job_.film.width());
+      y_[lane] = static_cast<T>(row);
       sample_[lane] = job_.samples.first;
       ++next_pixel_;
     }
@@ -127,6 +128,7 @@ class Packet {
     ray_ = {V3<D>(R(0)), V3<D>(R(0)), R(0)};
     pdf_ = depth_ = R(0);
     alive_ = busy_ = Bool<D>::none();
+    light_ = {ray_, R(0), R(0), radiance_, alive_};
     vertex_ = arrive({R(0), R(0)});
   }
 
