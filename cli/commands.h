@@ -1,17 +1,30 @@
-// The subcommands of `plumb`: each adds itself to the command line and, once that has been parsed
-// and holds it, sets `run`.
+// The subcommands of `plumb`, and how they take their options.
 #pragma once
 
 #include <CLI/CLI.hpp>
 
-#include <functional>
+#include <stdexcept>
+#include <string>
 
 namespace plumb::cli {
 
-// Does the work and returns the exit code: 0 done, 130 or 143 interrupted. Throws what went wrong.
-using Run = std::function<int()>;
+// Each adds itself to the command line; parsing it does its work and throws what goes wrong. An
+// interrupt sets the exit code to 128 + signal.
+void add_render(CLI::App& app, int& exit_code);
+void add_merge(CLI::App& app);
 
-void add_render(CLI::App& app, Run& run);
-void add_merge(CLI::App& app, Run& run);
+// Adds "--name VALUE"; `parse` turns the text into a value or throws std::invalid_argument.
+template <typename Target, typename Parse>
+void add_option(CLI::App& command, const std::string& name, const std::string& value,
+                Target& target, Parse parse, const std::string& help) {
+  const auto store = [name, parse, &target](const std::string& text) {
+    try {
+      target = parse(text);
+    } catch (const std::invalid_argument& error) {
+      throw CLI::ValidationError(name, error.what());
+    }
+  };
+  command.add_option_function<std::string>(name, store, help)->type_name(value);
+}
 
 }  // namespace plumb::cli

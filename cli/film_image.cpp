@@ -1,12 +1,12 @@
 #include "cli/film_image.h"
 
 #include <fmt/format.h>
-#include <sys/utsname.h>
 #include <tbb/info.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/names.h"
@@ -15,36 +15,25 @@
 namespace plumb {
 namespace {
 
-// Three channels of an image: "variance." + "R", ...
-struct Layer {
-  std::string prefix;
-  std::vector<float> rgb;
-};
-
 std::string replicate_prefix(int replicate) { return fmt::format("replicate{}.", replicate); }
 
-// Of the whole machine; where /proc doesn't name the processor, its architecture.
-std::string processor_name() {
+// Processor (named by /proc on x86 only), threads and instruction set.
+std::string host(const Settings& settings) {
+  std::string processor = "unknown processor";
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {
-    const size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+    if (line.starts_with("model name\t: ")) processor = line.substr(13);
   }
-  utsname system{};
-  return uname(&system) == 0 ? system.machine : "unknown processor";
-}
-
-std::string host(const Settings& settings) {
-  const int available = tbb::info::default_concurrency();
-  const int threads = settings.threads > 0 ? std::min(settings.threads, available) : available;
-  return fmt::format("{}, {} {}, {}", processor_name(), threads,
-                     threads == 1 ? "thread" : "threads", trace_target());
+  const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
+  return fmt::format("{}, {} thread{}, {}", processor, threads, threads == 1 ? "" : "s",
+                     trace_target());
 }
 
 }  // namespace
 
 Image to_image(const Film& film, bool is_part) {
-  std::vector<Layer> layers{{"", film.mean()}};
+  // Three channels each: "variance." + "R", ...
+  std::vector<std::pair<std::string, std::vector<float>>> layers{{"", film.mean()}};
   if (film.knows_variance()) layers.push_back({"variance.", film.variance()});
   for (int r = 0; is_part && r < Film::replicates; ++r) {
     if (film.samples_per_replicate()[size_t(r)] == 0) continue;
@@ -52,13 +41,13 @@ Image to_image(const Film& film, bool is_part) {
   }
 
   Image image{film.width(), film.height(), {}, {}, {}};
-  for (const Layer& layer : layers) {
-    for (const char* color : {"R", "G", "B"}) image.channels.push_back(layer.prefix + color);
+  for (const auto& [prefix, rgb] : layers) {
+    for (const char* color : {"R", "G", "B"}) image.channels.push_back(prefix + color);
   }
   image.values.reserve(size_t(film.pixel_count()) * image.channels.size());
   for (size_t i = 0; i < size_t(film.pixel_count()) * 3; i += 3) {
-    for (const Layer& layer : layers) {
-      image.values.insert(image.values.end(), &layer.rgb[i], &layer.rgb[i] + 3);
+    for (const auto& [prefix, rgb] : layers) {
+      image.values.insert(image.values.end(), &rgb[i], &rgb[i] + 3);
     }
   }
   return image;
@@ -66,8 +55,7 @@ Image to_image(const Film& film, bool is_part) {
 
 void add_part(Film& film, const Image& part, const SampleRange& samples) {
   if (part.width != film.width() || part.height != film.height()) {
-    throw ImageError(fmt::format("{}x{} pixels, not {}x{} as in the parts before", part.width,
-                                 part.height, film.width(), film.height()));
+    throw ImageError("not the same size as the parts before");
   }
   const Film::Counts counts = samples_per_replicate(samples);
   for (int r = 0; r < Film::replicates; ++r) {
@@ -77,7 +65,6 @@ void add_part(Film& film, const Image& part, const SampleRange& samples) {
       throw ImageError("lacks replicates: only what --samples has rendered can be merged");
     }
     std::vector<float> mean;
-    mean.reserve(size_t(film.pixel_count()) * 3);
     for (size_t i = size_t(red - part.channels.begin()); i < part.values.size();
          i += part.channels.size()) {
       mean.insert(mean.end(), &part.values[i], &part.values[i] + 3);
@@ -92,9 +79,9 @@ Metadata describe(const Scene& scene, const Settings& settings, const SampleRang
           {"version", PLUMB_VERSION},
           {"scene", scene.name},
           {"sceneHash", scene.hash},
-          {"method", to_string(settings.method)},
-          {"sampler", to_string(settings.sampler)},
-          {"precision", to_string(settings.precision)},
+          {"method", to_word(settings.method, method_words)},
+          {"sampler", to_word(settings.sampler, sampler_words)},
+          {"precision", to_word(settings.precision, precision_words)},
           {"bounces", to_string(settings.bounces)},
           {"seed", static_cast<int>(settings.seed)},
           {"samples", to_string(samples)},
@@ -104,11 +91,6 @@ Metadata describe(const Scene& scene, const Settings& settings, const SampleRang
           {"cpuSeconds", cost.cpu_seconds},
           {"rays", static_cast<double>(cost.rays)},
           {"host", host(settings)}};
-}
-
-std::string error_text(double relative_error) {
-  if (!std::isfinite(relative_error)) return "relative error unknown";
-  return fmt::format("relative error {:.2f} %", 100.0 * relative_error);
 }
 
 }  // namespace plumb

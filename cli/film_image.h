@@ -2,8 +2,6 @@
 // metadata.
 #pragma once
 
-#include <string>
-
 #include "images/image.h"
 #include "renderer/film.h"
 #include "renderer/render.h"
@@ -22,8 +20,5 @@ void add_part(Film& film, const Image& part, const SampleRange& samples);
 // All that the picture depends on, how noisy it is, and what it has cost.
 Metadata describe(const Scene& scene, const Settings& settings, const SampleRange& samples,
                   const Film& film, const Cost& cost);
-
-// "relative error 0.31 %", as progress and summaries call it.
-std::string error_text(double relative_error);
 
 }  // namespace plumb

@@ -1,39 +1,113 @@
-// Values as words, the same on the command line and in images. All that parse throw
+// Values as words, the same on the command line and in images. All parsers throw
 // std::invalid_argument, which says what the text should have been.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cstdint>
+#include <sstream>
+#include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "renderer/settings.h"
 
 namespace plumb {
 
-std::string to_string(Method method);
-std::string to_string(Sampler sampler);
-std::string to_string(Precision precision);
+// The words for the values of an enumeration.
+template <typename Enum>
+using Words = std::vector<std::pair<std::string, Enum>>;
 
-Method parse_method(const std::string& text);
-Sampler parse_sampler(const std::string& text);
-Precision parse_precision(const std::string& text);
+inline const Words<Method> method_words{
+    {"bsdf", Method::bsdf}, {"nee", Method::nee}, {"mis", Method::mis}};
+inline const Words<Sampler> sampler_words{{"sobol", Sampler::sobol},
+                                          {"independent", Sampler::independent}};
+inline const Words<Precision> precision_words{{"float", Precision::float32},
+                                              {"double", Precision::float64}};
 
-// "64:128", the last one left out.
-std::string to_string(const SampleRange& samples);
-SampleRange parse_samples(const std::string& text);
+template <typename Enum>
+std::string to_word(Enum value, const Words<Enum>& words) {
+  return std::ranges::find(words, value, &Words<Enum>::value_type::second)->first;
+}
 
-// "2:5", the last one included; "0:" for all; "2" for one.
-std::string to_string(const BounceRange& bounces);
-BounceRange parse_bounces(const std::string& text);
+[[noreturn]] inline void refuse(const std::string& text, const std::string& wanted) {
+  throw std::invalid_argument(fmt::format("'{}' is not {}", text, wanted));
+}
 
-int64_t parse_whole(const std::string& text, int64_t least, int64_t most);
-double parse_positive(const std::string& text);
-double parse_between(const std::string& text, double least, double most);
+// A parser of the words.
+template <typename Enum>
+auto one_of(const Words<Enum>& words) {
+  return [&words](const std::string& text) {
+    std::string all;
+    for (const auto& [word, value] : words) {
+      if (text == word) return value;
+      all += (all.empty() ? "" : ", ") + word;
+    }
+    refuse(text, "one of " + all);
+  };
+}
 
-// "0.01" or "1%".
-double parse_fraction(const std::string& text);
+// A parser of numbers in a range.
+template <typename T>
+auto number(T least, T most) {
+  return [=](const std::string& text) {
+    // Wide enough to see what is out of range. Not by std::from_chars, which not every standard
+    // library has for real numbers.
+    std::conditional_t<std::is_integral_v<T>, int64_t, double> value{};
+    std::istringstream stream(text);
+    const bool is_number = (stream >> std::noskipws >> value) && stream.eof();
+    if (is_number && value >= least && value <= most) return static_cast<T>(value);
+    const char* kind = std::is_integral_v<T> ? "whole number" : "number";
+    refuse(text, fmt::format("a {} from {} to {}", kind, least, most));
+  };
+}
+
+// The numbers of "3:5".
+template <typename T>
+std::pair<T, T> parse_pair(const std::string& text, char separator, T least, T most) {
+  const size_t middle = text.find(separator);
+  if (middle == std::string::npos) refuse(text, fmt::format("of the form A{}B", separator));
+  const auto parse = number(least, most);
+  return {parse(text.substr(0, middle)), parse(text.substr(middle + 1))};
+}
 
 // "640x480".
-std::pair<int, int> parse_size(const std::string& text);
+inline std::pair<int, int> parse_size(const std::string& text) {
+  return parse_pair(text, 'x', 1, 16384);
+}
+
+// "0.01" or "1%".
+inline double parse_fraction(const std::string& text) {
+  if (!text.ends_with('%')) return number(1e-6, 1.0)(text);
+  return number(1e-4, 100.0)(text.substr(0, text.size() - 1)) / 100.0;
+}
+
+// "64:128", the last one left out.
+inline std::string to_string(const SampleRange& samples) {
+  return fmt::format("{}:{}", samples.first, samples.last);
+}
+
+inline SampleRange parse_samples(const std::string& text) {
+  const auto [first, last] = parse_pair<int64_t>(text, ':', 0, largest_sample);
+  if (first >= last) refuse(text, "a range A:B with A < B");
+  return {first, last};
+}
+
+// "2:5", the last one included; "2:" for 2 and more.
+inline std::string to_string(const BounceRange& bounces) {
+  const bool is_open = bounces.last == BounceRange{}.last;
+  return fmt::format("{}:{}", bounces.first, is_open ? "" : std::to_string(bounces.last));
+}
+
+inline BounceRange parse_bounces(const std::string& text) {
+  constexpr int most = BounceRange{}.last;
+  const std::string closed = text.ends_with(':') ? text + std::to_string(most) : text;
+  const auto [first, last] = parse_pair(closed, ':', 0, most);
+  if (first > last) refuse(text, "a range A:B with A <= B");
+  return {first, last};
+}
 
 }  // namespace plumb

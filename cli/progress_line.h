@@ -1,6 +1,10 @@
 // One line on stderr that keeps the user informed of long work.
 #pragma once
 
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
 #include <string>
 
 namespace plumb::cli {
@@ -8,20 +12,23 @@ namespace plumb::cli {
 // On a terminal the line is rewritten in place; elsewhere a line appears every ten seconds.
 class ProgressLine {
  public:
-  ProgressLine();
-  ~ProgressLine();
-  ProgressLine(const ProgressLine&) = delete;
-  ProgressLine& operator=(const ProgressLine&) = delete;
+  ~ProgressLine() {
+    if (is_terminal_) fmt::print(stderr, "\r\033[K");
+  }
 
-  void show(const std::string& text);
+  void show(const std::string& text) {
+    const auto now = std::chrono::steady_clock::now();
+    if (is_terminal_) {
+      fmt::print(stderr, "\r\033[K{}", text);
+    } else if (now - last_shown_ >= std::chrono::seconds(10)) {
+      fmt::print(stderr, "{}\n", text);
+      last_shown_ = now;
+    }
+  }
 
  private:
-  bool is_terminal_;
-  bool is_shown_ = false;
-  double last_shown_;
+  bool is_terminal_ = isatty(STDERR_FILENO) != 0;
+  std::chrono::steady_clock::time_point last_shown_ = std::chrono::steady_clock::now();
 };
-
-// "42 s", "3 min 05 s", "2 h 10 min".
-std::string duration(double seconds);
 
 }  // namespace plumb::cli
