@@ -46,9 +46,9 @@ template <class D, typename T>
 HWY_INLINE Crossing<D> cross(const PackedParallelogram<T>& shape, const Ray<D>& ray) {
   Crossing<D> crossing = cross_plane(shape.plane, shape.id, ray);
   const V3<D> point = ray.at(crossing.distance);
-  for (const auto& slab : shape.slabs) {
-    crossing.hit = crossing.hit & (abs(height(slab, point)) <= Real<D>(1));
-  }
+  const Real<D> outside =
+      max(abs(height(shape.slabs[0], point)), abs(height(shape.slabs[1], point)));
+  crossing.hit = crossing.hit & (outside <= Real<D>(1));
   return crossing;
 }
 
@@ -56,9 +56,9 @@ template <class D, typename T>
 HWY_INLINE Crossing<D> cross(const PackedPolygon<T>& shape, const Ray<D>& ray) {
   Crossing<D> crossing = cross_plane(shape.plane, shape.id, ray);
   const V3<D> point = ray.at(crossing.distance);
-  for (const auto& edge : shape.edges) {
-    crossing.hit = crossing.hit & (height(edge, point) <= Real<D>(0));
-  }
+  Real<D> outside = height(shape.edges[0], point);
+  for (int i = 1; i < 4; ++i) outside = max(outside, height(shape.edges[i], point));
+  crossing.hit = crossing.hit & (outside <= Real<D>(0));
   return crossing;
 }
 

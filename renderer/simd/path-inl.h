@@ -33,15 +33,15 @@ class LaneSamples {
     hn::Store(radiance.x.v, d, values);
     hn::Store(radiance.y.v, d, values + lanes);
     hn::Store(radiance.z.v, d, values + 2 * lanes);
-    uint64_t left = 0;
-    hn::StoreMaskBits(d, finished.m, reinterpret_cast<uint8_t*>(&left));
-    for (; left != 0; left &= left - 1) {
+    LaneBits stored = 0;
+    hn::StoreMaskBits(d, finished.m, reinterpret_cast<uint8_t*>(&stored));
+    for (uint32_t left = stored; left != 0; left &= left - 1) {
       const auto lane = static_cast<size_t>(std::countr_zero(left));
-      const uint64_t bit = uint64_t{1} << lane;
+      const auto bit = static_cast<LaneBits>(1u << lane);
       if ((busy_ & bit) != 0) {
         job_.film.add(pixel_[lane], replicate_[lane], values + lane, lanes);
       }
-      busy_ = take_next(lane) ? busy_ | bit : busy_ & ~bit;
+      busy_ = static_cast<LaneBits>(take_next(lane) ? busy_ | bit : busy_ & ~bit);
     }
     return {hn::LoadMaskBits(d, reinterpret_cast<const uint8_t*>(&busy_))};
   }
@@ -59,6 +59,10 @@ class LaneSamples {
  private:
   static constexpr size_t lanes = hn::MaxLanes(D());
   static constexpr int64_t pixels_at_once = 64;
+  // As wide as the mask is when it is stored: the processor waits where a load is wider than the
+  // store before it.
+  using LaneBits = std::conditional_t<lanes <= 8, uint8_t, uint16_t>;
+  static_assert(lanes <= 16);
 
   bool take_next(size_t lane) {
     if (++sample_[lane] >= job_.samples.last) {
@@ -81,7 +85,7 @@ class LaneSamples {
   }
 
   const TraceJob<T>& job_;
-  uint64_t busy_ = 0;  // a bit for each lane that has a sample
+  LaneBits busy_ = 0;  // a bit for each lane that has a sample
   int64_t next_pixel_ = 0;
   int64_t end_pixel_ = 0;
   int64_t sample_[lanes];
