@@ -218,32 +218,29 @@ double inner_radius(const Polygon& polygon, const Vec3& middle) {
 template <typename T>
 void set_row(SurfaceTable<T>& table, int id, const Surface& surface, double growth) {
   using Table = SurfaceTable<T>;
-  const auto set = [&](typename Table::Column column, double value) {
+  const auto set = [&](int column, double value) {
     table.column(column)[id] = static_cast<T>(value);
   };
-  const auto* sphere = std::get_if<Sphere>(&surface.geometry);
-  const auto* polygon = std::get_if<Polygon>(&surface.geometry);
-  const Vec3 normal = polygon == nullptr ? sphere->center : polygon->normal();
+  const auto set_vector = [&](int column, const Vec3& v) {
+    for (int i = 0; i < 3; ++i) set(column + i, v[i]);
+  };
   const Bsdf& bsdf = surface.shape->bsdf;
-  set(Table::normal_x, normal.x);
-  set(Table::normal_y, normal.y);
-  set(Table::normal_z, normal.z);
-  set(Table::offset, polygon == nullptr ? sphere->radius : -normal.dot(polygon->corners[0]));
-  set(Table::red, bsdf.reflectance.x);
-  set(Table::green, bsdf.reflectance.y);
-  set(Table::blue, bsdf.reflectance.z);
-  set(Table::sphere, polygon == nullptr);
+  set_vector(Table::reflectance, bsdf.reflectance);
   set(Table::mirror, bsdf.kind == Bsdf::Kind::conductor);
   set(Table::two_sided, bsdf.two_sided);
-  set(Table::inset_scale, 1.0);
-  if (polygon == nullptr) return;
-  const Vec3 middle = std::accumulate(polygon->corners.begin(), polygon->corners.end(), Vec3(0.0)) /
-                      static_cast<double>(polygon->corners.size());
-  const double inset = std::min(0.5, 4.0 * growth / inner_radius(*polygon, middle));
-  set(Table::inset_x, middle.x * inset);
-  set(Table::inset_y, middle.y * inset);
-  set(Table::inset_z, middle.z * inset);
-  set(Table::inset_scale, 1.0 - inset);
+  if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
+    set_vector(Table::point, sphere->center);
+    set(Table::scale, sphere->radius);
+    set(Table::sphere, 1.0);
+    return;
+  }
+  const auto& polygon = std::get<Polygon>(surface.geometry);
+  const auto& corners = polygon.corners;
+  const Vec3 middle = std::accumulate(corners.begin(), corners.end(), Vec3(0.0)) /
+                      static_cast<double>(corners.size());
+  set_vector(Table::normal, polygon.normal());
+  set_vector(Table::point, middle);
+  set(Table::scale, 1.0 - std::min(0.5, 4.0 * growth / inner_radius(polygon, middle)));
 }
 
 template <typename T>
@@ -288,6 +285,7 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     if (surface.shape->is_lamp()) lamps.push_back(pack_lamp<T>(surface, id));
     set_row(surfaces, i, surface, growth);
     has_mirrors |= surface.shape->bsdf.kind == Bsdf::Kind::conductor;
+    has_two_sided |= surface.shape->bsdf.two_sided;
   }
   choose_by_power(lamps);
 }

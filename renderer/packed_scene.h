@@ -89,35 +89,29 @@ struct PackedLamp {
   T radius;
 };
 
-// What shading needs, one array per value, looked up by surface id. A flat surface is at
-// dot(normal, p) + offset = 0; for a sphere the normal holds the centre and the offset the radius.
-// A hit point p goes to inset_scale * p + inset.
+// What shading needs, one array per value, looked up by surface id. `point` is the middle of a flat
+// surface or the centre of a sphere. A hit point goes to point + scale * v, where v leads from
+// `point` to the hit point along a flat surface, or is the unit vector towards it from a centre:
+// scale is just below 1, or the radius.
 template <typename T>
 struct SurfaceTable {
-  enum Column {
-    normal_x,
-    normal_y,
-    normal_z,
-    offset,
-    red,
-    green,
-    blue,
+  enum Column {  // three values each: normal, point, reflectance
+    normal = 0,
+    point = 3,
+    reflectance = 6,
+    scale = 9,
     sphere,
     mirror,
-    two_sided,
-    inset_x,
-    inset_y,
-    inset_z,
-    inset_scale
+    two_sided
   };
-  static constexpr int columns = 14;
+  static constexpr int columns = 13;
 
   int count = 0;   // of surfaces
   int stride = 0;  // a multiple of 64 above that
   std::vector<T> values;
 
-  const T* column(Column c) const { return values.data() + size_t(c) * size_t(stride); }
-  T* column(Column c) { return values.data() + size_t(c) * size_t(stride); }
+  const T* column(int c) const { return values.data() + size_t(c) * size_t(stride); }
+  T* column(int c) { return values.data() + size_t(c) * size_t(stride); }
 };
 
 template <typename T>
@@ -140,6 +134,7 @@ struct PackedScene {
   std::vector<PackedLamp<T>> lamps;
   SurfaceTable<T> surfaces;
   bool has_mirrors = false;
+  bool has_two_sided = false;
 
   // Throws std::invalid_argument for a lamp that is neither a sphere nor made of rectangles.
   explicit PackedScene(const Scene& scene);

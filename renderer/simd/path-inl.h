@@ -208,7 +208,7 @@ class Packet {
 
   // The table is looked up a vector of rows at a time, which is faster than a gather for a few
   // dozen surfaces.
-  R lookup(typename Table::Column column, R id) const {
+  R lookup(int column, R id) const {
     const D d;
     const hn::RebindToSigned<D> di;
     constexpr int lanes = hn::MaxLanes(d);
@@ -223,36 +223,36 @@ class Packet {
     return result;
   }
 
-  Bool<D> lookup_flag(typename Table::Column column, R id) const {
-    return lookup(column, id) > R(0);
+  V3<D> lookup_vector(int column, R id) const {
+    return {lookup(column, id), lookup(column + 1, id), lookup(column + 2, id)};
   }
 
-  V3<D> lookup(typename Table::Column x, typename Table::Column y, typename Table::Column z,
-               R id) const {
-    return {lookup(x, id), lookup(y, id), lookup(z, id)};
+  // Spares the lookup if the scene has no such surface.
+  Bool<D> lookup_flag(bool is_used, int column, R id) const {
+    return is_used ? lookup(column, id) > R(0) : Bool<D>::none();
   }
 
   // Puts the point onto its surface, where rounding along the ray has left it beside, and off the
   // surface's edges (see packed_scene.h).
-  Vertex<D> arrive(const Hit<D>& hit) const {
+  HWY_INLINE Vertex<D> arrive(const Hit<D>& hit) const {
     Vertex<D> vertex;
     vertex.id = hit.id;
-    vertex.normal = lookup(Table::normal_x, Table::normal_y, Table::normal_z, hit.id);
-    vertex.reflectance = lookup(Table::red, Table::green, Table::blue, hit.id);
-    const R offset = lookup(Table::offset, hit.id);
-    const V3<D> point = ray_.at(hit.distance);
-    const V3<D> on_plane = fma(vertex.normal, -(dot(vertex.normal, point) + offset), point);
-    vertex.point = fma(on_plane, lookup(Table::inset_scale, hit.id),
-                       lookup(Table::inset_x, Table::inset_y, Table::inset_z, hit.id));
+    vertex.normal = lookup_vector(Table::normal, hit.id);
+    vertex.reflectance = lookup_vector(Table::reflectance, hit.id);
+    const V3<D> middle = lookup_vector(Table::point, hit.id);
+    const V3<D> from_middle = ray_.at(hit.distance) - middle;
+    V3<D> along = fma(vertex.normal, -dot(vertex.normal, from_middle), from_middle);
     if (!scene_.shapes.spheres.empty()) {
-      const Bool<D> sphere = lookup_flag(Table::sphere, hit.id);
-      const V3<D> outward = normalize(point - vertex.normal);
-      vertex.point = select(sphere, fma(outward, offset, vertex.normal), vertex.point);
+      const Bool<D> sphere = lookup_flag(true, Table::sphere, hit.id);
+      const V3<D> outward = normalize(from_middle);
+      along = select(sphere, outward, along);
       vertex.normal = select(sphere, outward, vertex.normal);
     }
+    vertex.point = fma(along, lookup(Table::scale, hit.id), middle);
     vertex.front = dot(vertex.normal, ray_.backward) > R(0);
-    vertex.scatters = (hit.id >= R(0)) & (vertex.front | lookup_flag(Table::two_sided, hit.id));
-    vertex.mirror = scene_.has_mirrors ? lookup_flag(Table::mirror, hit.id) : Bool<D>::none();
+    const Bool<D> two_sided = lookup_flag(scene_.has_two_sided, Table::two_sided, hit.id);
+    vertex.scatters = (hit.id >= R(0)) & (vertex.front | two_sided);
+    vertex.mirror = lookup_flag(scene_.has_mirrors, Table::mirror, hit.id);
     vertex.normal = select(vertex.front, vertex.normal, -vertex.normal);
     return vertex;
   }
