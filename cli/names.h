@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/scene.h"
 #include "renderer/settings.h"
 
 namespace plumb {
@@ -74,9 +75,9 @@ std::pair<T, T> parse_pair(const std::string& text, char separator, T least, T m
   return {parse(text.substr(0, middle)), parse(text.substr(middle + 1))};
 }
 
-// "640x480".
+// "640x480", each side as in a scene file.
 inline std::pair<int, int> parse_size(const std::string& text) {
-  return parse_pair(text, 'x', 1, 16384);
+  return parse_pair(text, 'x', 1, largest_image_side);
 }
 
 // "0.01" or "1%".

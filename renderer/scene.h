@@ -57,6 +57,8 @@ struct Shape {
   bool is_lamp() const { return radiance != Rgb(0.0); }
 };
 
+constexpr int largest_image_side = 8192;
+
 // A pinhole. Pixel (x, y) covers the square from (x, y) to (x + 1, y + 1); y points down.
 struct Camera {
   enum class FovAxis { x, y, diagonal, smaller, larger };

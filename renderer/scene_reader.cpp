@@ -22,8 +22,6 @@ namespace {
 using Imath::M44d;  // for row vectors: its rows are what becomes of the axes and of the origin
 using pugi::xml_node;
 
-constexpr int max_image_side = 8192;
-
 xml_node parameter(const xml_node& parent, const char* name) {
   return parent.find_child_by_attribute("name", name);
 }
@@ -190,8 +188,8 @@ std::string read_bytes(const std::filesystem::path& file, OIIO::SHA1& hash) {
 int read_image_side(const xml_node& film, const char* name, int missing) {
   const xml_node node = parameter(film, name);
   const double side = node ? read_numbers(node, "value", 1)[0] : missing;
-  if (side >= 1 && side <= max_image_side && side == std::floor(side)) return int(side);
-  throw Refusal{node, fmt::format("must be an integer from 1 to {}", max_image_side)};
+  if (side >= 1 && side <= largest_image_side && side == std::floor(side)) return int(side);
+  throw Refusal{node, fmt::format("must be an integer from 1 to {}", largest_image_side)};
 }
 
 // Mitsuba's camera looks along its z; its x points to the left of the image.
