@@ -15,8 +15,8 @@ void add_merge(CLI::App& app);
 
 // Adds "--name VALUE"; `parse` turns the text into a value or throws std::invalid_argument.
 template <typename Target, typename Parse>
-void add_option(CLI::App& command, const std::string& name, const std::string& value,
-                Target& target, Parse parse, const std::string& help) {
+CLI::Option* add_option(CLI::App& command, const std::string& name, const std::string& value,
+                        Target& target, Parse parse, const std::string& help) {
   const auto store = [name, parse, &target](const std::string& text) {
     try {
       target = parse(text);
@@ -24,7 +24,7 @@ void add_option(CLI::App& command, const std::string& name, const std::string& v
       throw CLI::ValidationError(name, error.what());
     }
   };
-  command.add_option_function<std::string>(name, store, help)->type_name(value);
+  return command.add_option_function<std::string>(name, store, help)->type_name(value);
 }
 
 }  // namespace plumb::cli

@@ -1,5 +1,6 @@
 #include "cli/film_image.h"
 
+#include <OpenImageIO/color.h>
 #include <fmt/format.h>
 #include <tbb/info.h>
 
@@ -17,19 +18,17 @@ namespace {
 
 std::string replicate_prefix(int replicate) { return fmt::format("replicate{}.", replicate); }
 
-// Processor (named by /proc on x86 only), threads and instruction set.
-std::string host(const Settings& settings) {
+}  // namespace
+
+std::string host(int most_threads) {
   std::string processor = "unknown processor";
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {
     if (line.starts_with("model name\t: ")) processor = line.substr(13);
   }
-  const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
-  return fmt::format("{}, {} thread{}, {}", processor, threads, threads == 1 ? "" : "s",
-                     trace_target());
+  const int threads = most_threads > 0 ? most_threads : tbb::info::default_concurrency();
+  return fmt::format("{}, {} thread{}", processor, threads, threads == 1 ? "" : "s");
 }
-
-}  // namespace
 
 Image to_image(const Film& film, bool is_part) {
   // Three channels each: "variance." + "R", ...
@@ -48,6 +47,22 @@ Image to_image(const Film& film, bool is_part) {
   for (size_t i = 0; i < size_t(film.pixel_count()) * 3; i += 3) {
     for (const auto& [prefix, rgb] : layers) {
       image.values.insert(image.values.end(), &rgb[i], &rgb[i] + 3);
+    }
+  }
+  return image;
+}
+
+Image to_image(const RegionMask& mask, const Camera& camera) {
+  Image image{camera.width, camera.height, {"R", "G", "B"}, {}, {}};
+  // An odd factor modulo 2^24 gives every index another colour.
+  const auto color = [](int region) { return unsigned(region + 1) * 0x9e3779U & 0xffffffU; };
+  for (size_t i = 0; i < mask.names.size(); ++i) {
+    image.metadata.emplace_back(fmt::format("region#{:06X}", color(int(i))), mask.names[i]);
+  }
+  for (const int region : mask.regions) {
+    for (const int shift : {16, 8, 0}) {
+      const unsigned code = color(region) >> shift & 0xffU;
+      image.values.push_back(OIIO::sRGB_to_linear(float(code) / 255.0F));
     }
   }
   return image;
@@ -90,7 +105,7 @@ Metadata describe(const Scene& scene, const Settings& settings, const SampleRang
           {"wallSeconds", cost.wall_seconds},
           {"cpuSeconds", cost.cpu_seconds},
           {"rays", static_cast<double>(cost.rays)},
-          {"host", host(settings)}};
+          {"host", fmt::format("{}, {}", host(settings.threads), trace_target())}};
 }
 
 }  // namespace plumb

@@ -1,12 +1,15 @@
-// Between films and images: the picture with its noise, the replicates that merging needs, and the
-// metadata.
+// From films and masks to images and back: the picture with its noise, the replicates that merging
+// needs, and the metadata.
 #pragma once
 
 #include "images/image.h"
 #include "renderer/film.h"
+#include "renderer/region_mask.h"
 #include "renderer/render.h"
 #include "renderer/scene.h"
 #include "renderer/settings.h"
+
+#include <string>
 
 namespace plumb {
 
@@ -14,8 +17,14 @@ namespace plumb {
 // the mean of each replicate r that has samples, as replicate<r>.R G B.
 Image to_image(const Film& film, bool is_part);
 
+// A colour for each region and black for none; metadata "region#RRGGBB" says the regions' names.
+Image to_image(const RegionMask& mask, const Camera& camera);
+
 // Adds the samples of a part. Throws ImageError if it has another size or lacks a replicate.
 void add_part(Film& film, const Image& part, const SampleRange& samples);
+
+// Processor (named by /proc on x86 only) and threads; 0: as many as the machine has.
+std::string host(int most_threads);
 
 // All that the picture depends on, how noisy it is, and what it has cost.
 Metadata describe(const Scene& scene, const Settings& settings, const SampleRange& samples,

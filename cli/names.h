@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/region_mask.h"
 #include "renderer/scene.h"
 #include "renderer/settings.h"
 
@@ -28,6 +29,9 @@ inline const Words<Sampler> sampler_words{{"sobol", Sampler::sobol},
                                           {"independent", Sampler::independent}};
 inline const Words<Precision> precision_words{{"float", Precision::float32},
                                               {"double", Precision::float64}};
+
+inline const Words<RegionKind> region_words{
+    {"object", RegionKind::object}, {"side", RegionKind::side}, {"shadow", RegionKind::shadow}};
 
 template <typename Enum>
 std::string to_word(Enum value, const Words<Enum>& words) {

@@ -3,10 +3,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -17,6 +15,7 @@
 
 #include "cli/commands.h"
 #include "cli/film_image.h"
+#include "cli/interrupt.h"
 #include "cli/names.h"
 #include "cli/progress_line.h"
 #include "renderer/render.h"
@@ -24,17 +23,6 @@
 
 namespace plumb::cli {
 namespace {
-
-std::atomic<bool> stop_requested{false};
-std::atomic<int> stop_signal{0};
-
-// The first signal ends the render with the pass under way; a second one kills as usual.
-extern "C" void request_stop(int signal) {
-  stop_requested = true;
-  stop_signal = signal;
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
-}
 
 struct Options {
   std::string scene;
@@ -44,6 +32,7 @@ struct Options {
   std::optional<int64_t> spp;
   std::optional<SampleRange> samples;
   std::optional<std::pair<int, int>> size;
+  std::optional<RegionKind> mask;
   double exposure = 0.0;
 };
 
@@ -80,6 +69,11 @@ void add_options(CLI::App& command, Options& options) {
   add_option(command, "--threads", "N", settings.threads, number(1, 1024),
              "Threads at most (default: one per processor)");
   add_option(command, "--size", "WxH", options.size, parse_size, "Size (default: the scene's)");
+  add_option(command, "--aov", "KIND", options.mask, one_of(region_words),
+             "No picture but a mask for 'plumb compare --regions':\n"
+             "object (a colour for each shape), side (for each\n"
+             "shape's front, left, ...) or shadow (for what is\n"
+             "lit, in penumbra, in umbra)");
   add_option(command, "--exposure", "EV", options.exposure, number(-100.0, 100.0),
              "Brighten the .png by so many stops (default: 0)");
 }
@@ -136,13 +130,23 @@ Cost render_with_progress(const Scene& scene, const Options& options, const Limi
   return render(scene, options.settings, limits, film, show, &stop_requested);
 }
 
+void write_images(const Image& image, const Options& options) {
+  for (const std::string& file : options.outputs) {
+    write_image(image, file, options.exposure);
+    fmt::print("wrote {}\n", file);
+  }
+}
+
 int run(const Options& options) {
   check_outputs(options.outputs);
   const Limits limits = limits_of(options);
   const Scene scene = load_scene(options);
+  if (options.mask) {
+    write_images(to_image(region_mask(scene, *options.mask), scene.camera), options);
+    return 0;
+  }
   Film film(scene.camera.width, scene.camera.height);
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGTERM, request_stop);
+  listen_for_interrupts();
   const Cost cost = render_with_progress(scene, options, limits, film);
   const int interrupted_by = stop_signal;
 
@@ -153,10 +157,7 @@ int run(const Options& options) {
   fmt::print("{}, {}x{}: {} spp in {:.2f} s ({}samples/s, {}rays/s), {}\n", scene.name,
              film.width(), film.height(), film.samples_per_pixel(), cost.wall_seconds,
              rate(cost, cost.samples), rate(cost, cost.rays), error_text(film.relative_error()));
-  for (const std::string& file : options.outputs) {
-    write_image(image, file, options.exposure);
-    fmt::print("wrote {}\n", file);
-  }
+  write_images(image, options);
   if (interrupted_by == 0) return 0;
   fmt::print(stderr, "plumb: interrupted, the picture has {} samples per pixel\n",
              film.samples_per_pixel());
@@ -173,6 +174,7 @@ void add_render(CLI::App& app, int& exit_code) {
   plumb render reference_scenes/cornell/scene.xml -o cornell.exr
   plumb render scene.xml --error 1% --time 60 -o scene.exr -o scene.png
   plumb render scene.xml --bounces 2:2 --spp 1024 -o two_bounces.exr
+  plumb render scene.xml --aov object -o objects.png
 
 The first of the limits --spp, --time and --error to be reached ends the render.
 Ctrl-C saves what is finished. Exit codes: 0 done, 2 trouble, 130 interrupted.)");

@@ -56,15 +56,8 @@ Bytes encode(const char* format, const OIIO::ImageSpec& spec, const void* pixels
   return bytes;
 }
 
-Bytes encode_exr(const Image& image, const fs::path& file) {
-  OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(image.channels.size()),
-                       OIIO::TypeDesc::FLOAT);
-  spec.channelnames = image.channels;
-  spec.attribute("compression", "zip");
-  spec.attribute("Software", software);
-  spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, chromaticities.size()),
-                 chromaticities.data());
-  for (const auto& [key, value] : image.metadata) {
+void add_metadata(OIIO::ImageSpec& spec, const Metadata& metadata) {
+  for (const auto& [key, value] : metadata) {
     const std::string name = fmt::format("{}{}", metadata_prefix, key);
     if (const auto* number = std::get_if<double>(&value)) {
       spec.attribute(name, OIIO::TypeDesc::DOUBLE, number);
@@ -74,6 +67,17 @@ Bytes encode_exr(const Image& image, const fs::path& file) {
       spec.attribute(name, std::get<std::string>(value));
     }
   }
+}
+
+Bytes encode_exr(const Image& image, const fs::path& file) {
+  OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(image.channels.size()),
+                       OIIO::TypeDesc::FLOAT);
+  spec.channelnames = image.channels;
+  spec.attribute("compression", "zip");
+  spec.attribute("Software", software);
+  spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, chromaticities.size()),
+                 chromaticities.data());
+  add_metadata(spec, image.metadata);
   return encode("exr", spec, image.values.data(), file);
 }
 
@@ -95,6 +99,7 @@ Bytes encode_png(const Image& image, const fs::path& file, double exposure) {
   OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
   spec.attribute("Software", software);
+  add_metadata(spec, image.metadata);
   return encode("png", spec, pixels.data(), file);
 }
 
@@ -160,19 +165,6 @@ class OutputFile {
   int descriptor_ = -1;
 };
 
-Bytes read_all(const fs::path& file) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"),
-                                                               &std::fclose);
-  if (stream == nullptr) fail(file, "cannot open");
-  Bytes bytes;
-  std::array<unsigned char, 1 << 16> buffer;
-  while (const size_t count = std::fread(buffer.data(), 1, buffer.size(), stream.get())) {
-    bytes.insert(bytes.end(), buffer.begin(), buffer.begin() + count);
-  }
-  if (std::ferror(stream.get()) != 0) fail(file, "cannot read");
-  return bytes;
-}
-
 // Decoding.
 
 Metadata read_metadata(const OIIO::ImageSpec& spec) {
@@ -192,20 +184,72 @@ Metadata read_metadata(const OIIO::ImageSpec& spec) {
   return metadata;
 }
 
-Image decode_exr(const Bytes& bytes, const fs::path& file) {
-  OIIO::Filesystem::IOMemReader memory(bytes.data(), bytes.size());
-  const auto input = OIIO::ImageInput::create("exr");
-  if (input == nullptr) fail(file, "cannot decode", OIIO::geterror());
+// Undoes the transfer function that the file states, and says so.
+void make_linear(const OIIO::ImageSpec& spec, Image& image) {
+  const std::string stated = spec.get_string_attribute("oiio:ColorSpace");
+  const std::string space = OIIO::Strutil::lower(stated.empty() ? "sRGB" : stated);
+  const float gamma = space.starts_with("gamma") ? OIIO::Strutil::stof(space.substr(5)) : 0.0F;
+  image.encoding += (stated.empty() ? ", assumed to be " : ", ") + space;
+  if (space == "linear" || gamma == 1.0F) return;
+  if (space != "srgb" && space != "rec709" && gamma <= 0.0F) {
+    throw ImageError("unknown colour space " + stated);
+  }
+  image.encoding += ", made linear";
+  for (size_t i = 0; i < image.values.size(); ++i) {
+    const size_t channel = i % image.channels.size();
+    if (static_cast<int>(channel) == spec.alpha_channel) continue;
+    float& value = image.values[i];
+    value = space == "srgb"     ? OIIO::sRGB_to_linear(value)
+            : space == "rec709" ? OIIO::Rec709_to_linear(value)
+                                : std::pow(value, gamma);
+  }
+}
+
+// Goes to the part and gives its header.
+OIIO::ImageSpec seek(OIIO::ImageInput& input, const std::string& part, const fs::path& file) {
+  std::string names;
+  for (int i = 0; input.seek_subimage(i, 0); ++i) {
+    const std::string name = input.spec().get_string_attribute("name");
+    if (part.empty() || part == name || part == std::to_string(i)) return input.spec();
+    names += fmt::format("{}{} '{}'", names.empty() ? "" : ", ", i, name);
+  }
+  fail(file, fmt::format("no part '{}'", part), "it has " + names);
+}
+
+// A header can claim any size. Compression by more than a factor of 4000 happens to small pictures
+// of a single colour only.
+void check_plausible(const OIIO::ImageSpec& spec, const fs::path& file) {
+  const double wanted = double(spec.width) * spec.height * spec.nchannels * sizeof(float);
+  const auto present = static_cast<double>(fs::file_size(file));
+  if (wanted > 4000.0 * present + 1e8) {
+    fail(file, "damaged image",
+         fmt::format("{} x {} pixels of {} channels in {} bytes", spec.width, spec.height,
+                     spec.nchannels, present));
+  }
+}
+
+Image decode(const fs::path& file, const std::string& format, const std::string& part,
+             Integers integers) {
+  const std::string kind = (format == "exr" ? "an " : "a ") + OIIO::Strutil::upper(format);
+  const auto input = OIIO::ImageInput::create(format);
+  if (input == nullptr) fail(file, "unknown image format", OIIO::geterror());
+  OIIO::ImageSpec config;
+  config["oiio:UnassociatedAlpha"] = 1;
   OIIO::ImageSpec spec;
-  if (!input->set_ioproxy(&memory) || !input->open(file.string(), spec)) {
-    fail(file, "not an EXR image", input->geterror());
+  if (!input->open(file.string(), spec, config)) {
+    fail(file, fmt::format("not {} image", kind), input->geterror());
   }
+  spec = seek(*input, part, file);
   if (spec.deep) fail(file, "cannot decode", "deep images hold no plain picture");
+  check_plausible(spec, file);
   Image image{spec.width, spec.height, spec.channelnames, {}, read_metadata(spec)};
+  image.encoding = spec.format.c_str();
   image.values.resize(spec.image_pixels() * static_cast<size_t>(spec.nchannels));
-  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.values.data())) {
-    fail(file, "damaged EXR image", input->geterror());
+  if (!input->read_image(input->current_subimage(), 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT,
+                         image.values.data())) {
+    fail(file, fmt::format("damaged {} image", OIIO::Strutil::upper(format)), input->geterror());
   }
+  if (!spec.format.is_floating_point() && integers == Integers::linear) make_linear(spec, image);
   return image;
 }
 
@@ -232,15 +276,23 @@ void write_image(const Image& image, const std::filesystem::path& file, double e
   OutputFile(file).write(bytes);
 }
 
-Image read_image(const std::filesystem::path& file) {
-  const Bytes bytes = read_all(file);
-  if (bytes.empty()) fail(file, "not an EXR image", "the file is empty");
+Image read_image(const fs::path& file, const std::string& part, Integers integers) {
+  const std::string extension = OIIO::Strutil::lower(file.extension().string());
+  const std::string format = extension.empty() ? "" : extension.substr(1);
+  const fs::file_status status = fs::status(file);
+  if (!fs::exists(status)) fail(file, "cannot open", ENOENT);
+  if (fs::is_directory(status)) fail(file, "cannot read", EISDIR);
+  if (!fs::is_regular_file(status)) fail(file, "cannot read", "not a regular file");
+  if (::access(file.c_str(), R_OK) != 0) fail(file, "cannot open");
   try {
-    return decode_exr(bytes, file);
+    if (fs::file_size(file) == 0) fail(file, "not an EXR image", "the file is empty");
+    return decode(file, format, part, integers);
   } catch (const ImageError&) {
     throw;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& error) {
-    fail(file, "damaged EXR image", error.what());
+    fail(file, "damaged image", error.what());
   }
 }
 

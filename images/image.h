@@ -1,9 +1,12 @@
-// Pictures in files: linear float EXR that says how it was made, and sRGB previews.
+// Pictures in files: linear float EXR that says how it was made, sRGB previews, and what other
+// programs write.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -14,6 +17,15 @@ namespace plumb {
 // the prefix "plumbline:".
 using Metadata = std::vector<std::pair<std::string, std::variant<std::string, int, double>>>;
 
+// The value of a key, if it is there and of this type.
+template <typename T>
+std::optional<T> metadata_value(const Metadata& metadata, std::string_view key) {
+  for (const auto& [name, value] : metadata) {
+    if (name == key && std::holds_alternative<T>(value)) return std::get<T>(value);
+  }
+  return std::nullopt;
+}
+
 // A value per channel and pixel; rows from the top, channels interleaved.
 struct Image {
   int width = 0;
@@ -21,6 +33,10 @@ struct Image {
   std::vector<std::string> channels;
   std::vector<float> values;
   Metadata metadata;
+  std::string encoding = {};  // of the file that was read, such as "uint8, srgb, made linear"
+
+  // The number of a pixel.
+  size_t pixel(int x, int y) const { return size_t(y) * size_t(width) + size_t(x); }
 };
 
 class ImageError : public std::runtime_error {
@@ -41,7 +57,14 @@ void check_writable(const std::filesystem::path& file);
 // Throws ImageError.
 void write_image(const Image& image, const std::filesystem::path& file, double exposure = 0.0);
 
-// Reads all channels and the metadata that write_image() wrote. Throws ImageError.
-Image read_image(const std::filesystem::path& file);
+// What becomes of integers in files: radiance, or codes / largest code.
+enum class Integers { linear, codes };
+
+// Reads all channels and the metadata that write_image() wrote, from any format that OpenImageIO
+// knows by the file's extension. `part` is the name or the number of a part (subimage); empty for
+// the first one. Throws ImageError, also for a header that asks for far more memory than the file
+// could fill.
+Image read_image(const std::filesystem::path& file, const std::string& part = "",
+                 Integers integers = Integers::linear);
 
 }  // namespace plumb

@@ -227,6 +227,34 @@ TEST_F(ImageTest, PngShowsTheFirstThreeChannels) {
             (std::vector<unsigned char>{255, 0, 255, 0, 255, 0}));
 }
 
+TEST_F(ImageTest, IntegersAreReadAsCodesOrMadeLinear) {
+  const Image image = noise(20, 10);
+  write_image(image, folder / "picture.png");
+  const Image linear = read_image(folder / "picture.png");
+  const Image codes = read_image(folder / "picture.png", "", Integers::codes);
+  EXPECT_EQ(linear.encoding, "uint8, srgb, made linear");
+  ASSERT_EQ(codes.values.size(), image.values.size());
+  for (size_t i = 0; i < image.values.size(); ++i) {
+    EXPECT_NEAR(codes.values[i], srgb(double{image.values[i]}), 0.501 / 255.0);
+    EXPECT_NEAR(srgb(double{linear.values[i]}), double{codes.values[i]}, 1e-6);
+  }
+}
+
+TEST_F(ImageTest, StatedTransferFunctionsAreUndone) {
+  const std::pair<const char*, double> cases[] = {{"linear", 0.5},
+                                                  {"Gamma2.2", std::pow(0.5, 2.2)}};
+  for (const auto& [space, value] : cases) {
+    OIIO::ImageSpec spec(1, 1, 1, OIIO::TypeDesc::UINT16);
+    spec.attribute("oiio:ColorSpace", space);
+    const auto output = OIIO::ImageOutput::create("png");
+    ASSERT_TRUE(output->open((folder / "picture.png").string(), spec));
+    const uint16_t code = 32768;
+    ASSERT_TRUE(output->write_image(OIIO::TypeDesc::UINT16, &code));
+    ASSERT_TRUE(output->close());
+    EXPECT_NEAR(read_image(folder / "picture.png").values[0], value, 2e-5) << space;
+  }
+}
+
 // Names
 
 TEST(ImageFormat, FollowsTheExtensionInEitherCase) {
@@ -363,7 +391,8 @@ TEST_F(ImageTest, ReadingSomethingElseIsAnError) {
   write_text(file, "This is no picture, whatever its name says.\n");
   expect_error(error_of([&] { read_image(file); }), file, "not an EXR image");
   write_image(noise(4, 4), folder / "picture.png");
-  expect_error(error_of([&] { read_image(folder / "picture.png"); }), folder / "picture.png",
+  fs::rename(folder / "picture.png", folder / "renamed.exr");
+  expect_error(error_of([&] { read_image(folder / "renamed.exr"); }), folder / "renamed.exr",
                "not an EXR image");
 }
 
