@@ -1,13 +1,20 @@
 # Builds, tests and renders with one word each; CMakeLists.txt does the work.
 
 # Debian's and Ubuntu's names.
-packages := g++ cmake ninja-build pkg-config libcli11-dev libfmt-dev libhwy-dev libimath-dev \
-  libopenimageio-dev libpugixml-dev libtbb-dev libgtest-dev libbenchmark-dev
+packages := g++ cmake ninja-build pkg-config libcli11-dev libfmt-dev libhwy-dev \
+  libimath-dev nlohmann-json3-dev libopenimageio-dev libpugixml-dev libtbb-dev \
+  libgtest-dev libbenchmark-dev
+
+# Programs that render the same scenes.
+programs := povray blender python3
+
+scenes := cornell seed
 
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps build test report bench lamp-sampling pictures clean
+.PHONY: help deps build test report bench exports lamp-sampling \
+  pictures clean
 
 help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
@@ -15,6 +22,7 @@ help:
 	@echo "make test    builds and runs all tests"
 	@echo "make report  renders the reference scenes into out/"
 	@echo "make bench   measures the renderer's speed and noise"
+	@echo "make exports           writes the scenes for POV-Ray and Blender anew"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
 	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
 	@echo "make clean   removes build/ and out/"
@@ -22,12 +30,12 @@ help:
 deps:
 	@if ! command -v apt-get >/dev/null; then \
 	  echo "No apt-get here. Needed: a C++20 compiler, CMake 3.25, pkg-config and the libraries"; \
-	  echo "OpenImageIO 2.4, Imath 3.1, Highway, oneTBB, fmt, pugixml, CLI11, GoogleTest and"; \
-	  echo "Google Benchmark."; \
+	  echo "OpenImageIO 2.4, Imath 3.1, Highway, oneTBB, fmt, pugixml,"; \
+	  echo "nlohmann/json, CLI11, GoogleTest and Google Benchmark."; \
 	  exit 0; \
 	fi; \
 	missing=; \
-	for package in $(packages); do \
+	for package in $(packages) $(programs); do \
 	  dpkg-query -W -f '$${db:Status-Status}\n' $$package 2>/dev/null | grep -qx installed || \
 	    missing="$$missing $$package"; \
 	done; \
@@ -53,12 +61,19 @@ report: build
 bench: build
 	build/render_bench
 
+exports: build
+	for scene in $(scenes); do \
+	  folder=reference_scenes/$$scene; \
+	  build/plumb export $$folder/scene.xml --to povray -o $$folder/$$scene.pov || exit; \
+	  build/plumb export $$folder/scene.xml --to cycles -o $$folder/$$scene.py || exit; \
+	done
+
 lamp-sampling: build
 	build/lamp_sampling
 
 pictures: build
 	@mkdir -p docs/pictures
-	for scene in cornell seed; do \
+	for scene in $(scenes); do \
 	  build/plumb render reference_scenes/$$scene/scene.xml --size 512x512 --spp 4096 \
 	    -o docs/pictures/$$scene.png --exposure 0.5 || exit; \
 	done

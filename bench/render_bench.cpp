@@ -1,19 +1,23 @@
-// Speed and accuracy of the renderer's methods and samplers on the reference scenes. Columns:
+// Speed and accuracy of the renderer's methods and samplers, and of other path tracers, on the
+// reference scenes. Columns:
 //
 //   Msamples/s, Mrays/s   shadow rays are rays too
 //   relMSE                mean of (x - r)^2 / (r^2 + 0.01) over channels and pixels at 64 samples
-//   per
-//                         pixel, against a picture r of 4096 whose own noise is subtracted; pixels
-//                         that see a lamp directly are left out
+//                         per pixel, against a picture r of 4096 whose own noise is subtracted;
+//                         pixels that see a lamp directly are left out
 //   relMSE*s              the same times the seconds that it took: variance x time
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <hwy/targets.h>
 
+#include <atomic>
+#include <filesystem>
 #include <map>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "reference_scenes/reference.h"
 #include "renderer/film.h"
 #include "renderer/render.h"
 #include "renderer/scene_reader.h"
@@ -22,8 +26,9 @@
 namespace plumb {
 namespace {
 
-constexpr int64_t samples_per_pixel = 64;
+constexpr int samples_per_pixel = 64;
 constexpr int renders = 7;
+constexpr int seeds = 4;  // of other programs
 
 Film draw(const Scene& scene, const Settings& settings, int64_t samples, Cost& cost) {
   Film film(scene.camera.width, scene.camera.height);
@@ -31,17 +36,17 @@ Film draw(const Scene& scene, const Settings& settings, int64_t samples, Cost& c
   return film;
 }
 
-struct Reference {
+struct Truth {
   Scene scene;
   std::vector<float> mean;
   std::vector<float> variance;
   std::vector<bool> sees_lamp;  // a value for each of mean's
 };
 
-const Reference& reference(const std::string& name) {
-  static std::map<std::string, Reference> references;
-  if (const auto found = references.find(name); found != references.end()) return found->second;
-  Reference& r = references[name];
+const Truth& truth(const std::string& name) {
+  static std::map<std::string, Truth> truths;
+  if (const auto found = truths.find(name); found != truths.end()) return found->second;
+  Truth& r = truths[name];
   Cost cost;
   r.scene = read_scene(PLUMB_SCENES "/" + name + "/scene.xml");
   const Film film = draw(r.scene, {.seed = 1u << 30, .bounces = {}}, 4096, cost);
@@ -53,22 +58,29 @@ const Reference& reference(const std::string& name) {
   return r;
 }
 
-double relative_mse(const Film& film, const Reference& r) {
-  const std::vector<float> mean = film.mean();
+double relative_mse(const std::vector<float>& mean, const Truth& r) {
   double sum = 0.0;
   double count = 0.0;
   for (size_t i = 0; i < mean.size(); ++i) {
     if (r.sees_lamp[i]) continue;
-    const double truth = double{r.mean[i]};
-    const double difference = double{mean[i]} - truth;
-    sum += (difference * difference - double{r.variance[i]}) / (truth * truth + 1e-2);
+    const double expected = double{r.mean[i]};
+    const double difference = double{mean[i]} - expected;
+    sum += (difference * difference - double{r.variance[i]}) / (expected * expected + 1e-2);
     count += 1.0;
   }
   return sum / count;
 }
 
+std::vector<float> rgb(const Image& image) {
+  std::vector<float> values;
+  for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
+    values.insert(values.end(), &image.values[i], &image.values[i] + 3);
+  }
+  return values;
+}
+
 void measure(benchmark::State& state, const std::string& name, const Settings& settings) {
-  const Reference& r = reference(name);
+  const Truth& r = truth(name);
   Cost warm_up;
   draw(r.scene, settings, samples_per_pixel, warm_up);
   Cost total;
@@ -83,12 +95,36 @@ void measure(benchmark::State& state, const std::string& name, const Settings& s
     total.wall_seconds += cost.wall_seconds;
     total.samples += cost.samples;
     total.rays += cost.rays;
-    error += relative_mse(film, r) / renders;
+    error += relative_mse(film.mean(), r) / renders;
   }
   state.counters["Msamples/s"] = static_cast<double>(total.samples) / 1e6 / total.wall_seconds;
   state.counters["Mrays/s"] = static_cast<double>(total.rays) / 1e6 / total.wall_seconds;
   state.counters["relMSE"] = error;
   state.counters["relMSE*s"] = error * total.wall_seconds / renders;
+}
+
+// All samples of all seeds are in one picture, so that variance x time is that of one.
+void measure_program(benchmark::State& state, const std::string& name, Program program) {
+  const Truth& r = truth(name);
+  const ReferenceSettings settings{
+      .program = program, .samples_per_pixel = samples_per_pixel, .seeds = seeds, .bounces = {}};
+  const std::atomic<bool> never{false};
+  for (auto _ : state) {
+    try {
+      const Reference reference =
+          render_reference(r.scene, PLUMB_SCENES "/" + name + "/scene.xml", settings,
+                           std::filesystem::temp_directory_path() / "render_bench.log",
+                           {[](const std::string&) {}, never});
+      state.SetIterationTime(reference.wall_seconds);
+      const double samples = double(r.mean.size()) / 3.0 * reference.samples_per_pixel;
+      const double error = seeds * relative_mse(rgb(reference.image), r);
+      state.counters["Msamples/s"] = samples / 1e6 / reference.wall_seconds;
+      state.counters["relMSE"] = error;
+      state.counters["relMSE*s"] = error * reference.wall_seconds / seeds;
+    } catch (const std::runtime_error& problem) {
+      state.SkipWithError(problem.what());
+    }
+  }
 }
 
 void add_row(const std::string& row, const std::string& scene, const Settings& settings) {
@@ -101,12 +137,22 @@ void add_rows() {
       {"bsdf", Method::bsdf}, {"nee", Method::nee}, {"mis", Method::mis}};
   const std::map<std::string, Sampler> samplers{{"independent", Sampler::independent},
                                                 {"sobol", Sampler::sobol}};
+  const std::map<std::string, Program> programs{{"Cycles", Program::cycles},
+                                                {"Mitsuba", Program::mitsuba}};
   for (const char* scene : {"cornell", "seed"}) {
     for (const auto& [method_name, method] : methods) {
       for (const auto& [sampler_name, sampler] : samplers) {
         add_row(fmt::format("{}/{}/{}", scene, method_name, sampler_name), scene,
                 {.method = method, .sampler = sampler, .bounces = {}});
       }
+    }
+  }
+  for (const char* scene : {"cornell", "seed"}) {
+    for (const auto& [name, program] : programs) {
+      const auto run = [=](benchmark::State& state) { measure_program(state, scene, program); };
+      benchmark::RegisterBenchmark(fmt::format("{}/{}", scene, name).c_str(), run)
+          ->Iterations(1)
+          ->UseManualTime();
     }
   }
   add_row("cornell/mis/sobol/double", "cornell", {.precision = Precision::float64, .bounces = {}});
@@ -125,24 +171,42 @@ class TableReporter : public benchmark::BenchmarkReporter {
 
   void ReportRuns(const std::vector<Run>& runs) override {
     for (const Run& run : runs) {
-      const auto value = [&](const char* name) { return run.counters.at(name).value; };
       const std::string& row = run.run_name.function_name;
-      fmt::print("| {} | {:.1f} | {:.0f} | {:.2e} | {:.2e} |\n", row, value("Msamples/s"),
-                 value("Mrays/s"), value("relMSE"), value("relMSE*s"));
-      rates_[row] = value("Msamples/s");
+      if (run.error_occurred) {
+        fmt::print("| {} | {} |||||\n", row, run.error_message);
+        continue;
+      }
+      const auto value = [&](const char* name, const char* format) {
+        const auto counter = run.counters.find(name);
+        return counter == run.counters.end()
+                   ? ""
+                   : fmt::format(fmt::runtime(format), counter->second.value);
+      };
+      fmt::print("| {} | {} | {} | {} | {} |\n", row, value("Msamples/s", "{:.2f}"),
+                 value("Mrays/s", "{:.0f}"), value("relMSE", "{:.2e}"),
+                 value("relMSE*s", "{:.2e}"));
+      results_[row] = {run.counters.at("Msamples/s").value, run.counters.at("relMSE*s").value};
     }
     std::fflush(stdout);
   }
 
   void Finalize() override {
-    const auto all = rates_.find("cornell/mis/sobol");
-    const auto one = rates_.find("cornell/mis/sobol/1 thread");
-    if (all == rates_.end() || one == rates_.end()) return;
-    fmt::print("\nAll threads do {:.2f} times what one does.\n", all->second / one->second);
+    fmt::print("\n");
+    for (const auto& [row, result] : results_) {
+      const auto ours = results_.find(row.substr(0, row.find('/')) + "/mis/sobol");
+      if (ours == results_.end() || row == ours->first) continue;
+      fmt::print("{}: {:.2f} times the samples/s of {}, {:.3g} times less variance x time\n",
+                 ours->first, ours->second.rate / result.rate, row,
+                 result.variance_time / ours->second.variance_time);
+    }
   }
 
  private:
-  std::map<std::string, double> rates_;
+  struct Result {
+    double rate;
+    double variance_time;
+  };
+  std::map<std::string, Result> results_;
 };
 
 }  // namespace

@@ -130,8 +130,7 @@ std::string shadow(const std::vector<Face>& faces, const Face& face, const Ray& 
     if (!lamp.shape->is_lamp()) continue;
     for (int i = 0; i <= steps; ++i) {
       for (int j = 0; j <= steps; ++j) {
-        const Vec3 goal =
-            lamp_point(lamp, point, i / double{steps}, j / double{steps});
+        const Vec3 goal = lamp_point(lamp, point, i / double{steps}, j / double{steps});
         const Ray shadow_ray{point, goal - point};
         const bool is_seen = sign * normal.dot(shadow_ray.direction) > 0.0 &&
                              lamp.normal(goal).dot(shadow_ray.direction) < 0.0 &&

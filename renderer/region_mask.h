@@ -8,8 +8,8 @@
 
 namespace plumb {
 
-// What regions are: shapes; the sides of shapes as the camera looks at them (front, left, top, ...);
-// or lit surfaces, penumbrae and umbrae.
+// What regions are: shapes; the sides of shapes as the camera looks at them (front, left, top,
+// ...); or lit surfaces, penumbrae and umbrae.
 enum class RegionKind { object, side, shadow };
 
 struct RegionMask {

@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "cli/commands.h"
+#include "cli/film_image.h"
+#include "cli/interrupt.h"
+#include "cli/names.h"
+#include "cli/progress_line.h"
+#include "reference_scenes/reference.h"
+#include "renderer/scene_reader.h"
+
+namespace plumb::cli {
+namespace {
+
+const Words<Program> programs{
+    {"povray", Program::povray}, {"cycles", Program::cycles}, {"mitsuba", Program::mitsuba}};
+const Words<Quality> qualities{
+    {"draft", Quality::draft}, {"good", Quality::good}, {"best", Quality::best}};
+
+struct Options {
+  std::string scene;
+  std::string output;
+  ReferenceSettings settings;
+  std::optional<std::pair<int, int>> size;
+};
+
+void add_options(CLI::App& command, Options& options) {
+  ReferenceSettings& settings = options.settings;
+  command.add_option("SCENE", options.scene, "Scene file, in a subset of Mitsuba 3's XML")
+      ->required()
+      ->type_name("");
+  add_option(command, "--with", "PROGRAM", settings.program, one_of(programs),
+             "povray, cycles (Blender's) or mitsuba")
+      ->required();
+  command.add_option("-o,--output", options.output, "Linear .exr")->required()->type_name("FILE");
+  add_option(command, "--quality", "Q", settings.quality, one_of(qualities),
+             "draft (seconds), good (minutes; default) or best");
+  add_option(command, "--spp", "N", settings.samples_per_pixel, number(1, 1 << 20),
+             "Samples per pixel of each seed (default: by quality)");
+  add_option(command, "--seeds", "K", settings.seeds, number(1, 1000),
+             "Pictures with seeds 1 to K, whose mean is written\nand whose differences give the "
+             "variance\n(default: by quality)");
+  add_option(command, "--bounces", "A:B", settings.bounces, parse_bounces,
+             "Only light of A to B bounces, as in 'plumb render'");
+  add_option(command, "--threads", "N", settings.threads, number(1, 1024),
+             "Threads at most (default: one per processor)");
+  add_option(command, "--size", "WxH", options.size, parse_size, "Size (default: the scene's)");
+}
+
+Metadata describe(const Scene& scene, const ReferenceSettings& settings,
+                  const Reference& reference) {
+  return {{"renderer", reference.program},
+          {"version", reference.version},
+          {"scene", scene.name},
+          {"sceneHash", scene.hash},
+          {"bounces", to_string(settings.bounces)},
+          {"quality", to_word(settings.quality, qualities)},
+          {"samples", to_string(SampleRange{0, reference.samples_per_pixel})},
+          {"replicates", reference.seeds},
+          {"wallSeconds", reference.wall_seconds},
+          {"processSeconds", reference.process_seconds},
+          {"runs", reference.runs},
+          {"host", host(settings.threads)}};
+}
+
+int run(const Options& options) {
+  check_writable(options.output);
+  Scene scene = read_scene(options.scene);
+  if (options.size) std::tie(scene.camera.width, scene.camera.height) = *options.size;
+  listen_for_interrupts();
+  Reference reference = [&] {
+    ProgressLine line;
+    const Watcher watcher{[&](const std::string& text) { line.show(text); }, stop_requested};
+    return render_reference(scene, options.scene, options.settings, options.output + ".log",
+                            watcher);
+  }();
+  reference.image.metadata = describe(scene, options.settings, reference);
+  write_image(reference.image, options.output);
+  fmt::print("{}, {}x{} by {}: {} in {:.1f} s\nwrote {}\n", scene.name, scene.camera.width,
+             scene.camera.height, reference.program,
+             reference.seeds == 1 ? "one picture" : fmt::format("{} seeds", reference.seeds),
+             reference.wall_seconds, options.output);
+  return stop_signal == 0 ? 0 : 128 + stop_signal;
+}
+
+}  // namespace
+
+void add_reference(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command = *app.add_subcommand("reference", "Have another program render a scene");
+  add_options(command, *options);
+  command.footer(R"(Examples:
+  plumb reference scene.xml --with cycles --spp 256 --seeds 4 -o cycles.exr
+  plumb reference scene.xml --with povray --quality best -o povray.exr
+  plumb reference scene.xml --with povray --bounces 0:1 -o direct.exr
+
+Ctrl-C writes the mean of the seeds that are finished. If the program fails,
+what it printed is kept in FILE.log. POV-Ray takes neither --spp nor --seeds.
+Exit codes: 0 done, 2 trouble, 130 interrupted.)");
+  command.callback([=, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace plumb::cli

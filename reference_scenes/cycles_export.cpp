@@ -1,0 +1,75 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <string>
+
+#include "reference_scenes/exporters.h"
+
+namespace plumb {
+namespace {
+
+constexpr std::array fov_axes{"x", "y", "diagonal", "smaller", "larger"};  // as in Camera::FovAxis
+
+std::string tuple(const Vec3& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
+
+std::string camera_text(const Camera& c) {
+  return fmt::format(R"(    camera=Camera(
+        origin={}, forward={}, right={}, up={},
+        fov={}, fov_axis="{}", width={}, height={}),
+)",
+                     tuple(c.origin), tuple(c.forward), tuple(c.right), tuple(c.up), c.fov_degrees,
+                     fov_axes.at(static_cast<size_t>(c.fov_axis)), c.width, c.height);
+}
+
+std::string shape_text(const Shape& shape) {
+  const Bsdf& bsdf = shape.bsdf;
+  const bool is_mirror = bsdf.kind == Bsdf::Kind::conductor;
+  std::string surface =
+      fmt::format("{}={}", is_mirror ? "mirror" : "diffuse", tuple(bsdf.reflectance));
+  if (bsdf.two_sided) surface += ", two_sided=True";
+  if (shape.is_lamp()) surface += fmt::format(", radiance={}", tuple(shape.radiance));
+
+  const std::string name = plain_identifier(shape.id);
+  if (const Sphere* sphere = std::get_if<Sphere>(&shape.geometry)) {
+    return fmt::format("        Sphere(\"{}\", center={}, radius={}, {}),\n", name,
+                       tuple(sphere->center), sphere->radius, surface);
+  }
+  std::string text = fmt::format("        Mesh(\"{}\", {}, polygons=[\n", name, surface);
+  for (const Polygon& polygon : std::get<Mesh>(shape.geometry)) {
+    const char* separator = "            [";
+    for (const Vec3& corner : polygon.corners) {
+      text += fmt::format("{}{}", separator, tuple(corner));
+      separator = ", ";
+    }
+    text += "],\n";
+  }
+  return text + "        ]),\n";
+}
+
+}  // namespace
+
+std::string cycles_scene(const Scene& scene) {
+  std::string shapes;
+  for (const Shape& shape : scene.shapes) shapes += shape_text(shape);
+  return fmt::format(R"(# The scene {0}, from the scene file with SHA-1 {1}. To draw it:
+#   blender -b --python {0}.py -- -o {0}.exr --spp 256
+# Coordinates are the scene file's, colours are linear RGB.
+import os
+import sys
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+try:
+    from plumbline_cycles import Camera, Mesh, Sphere, main
+except ImportError as error:
+    sys.exit(f"{{error}}: plumbline_cycles.py belongs beside this file")
+
+main(
+    "{0}",
+{2}    shapes=[
+{3}    ])
+)",
+                     plain_identifier(scene.name), scene.hash, camera_text(scene.camera), shapes);
+}
+
+}  // namespace plumb

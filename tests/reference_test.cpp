@@ -1,0 +1,188 @@
+// Pictures by other programs. Those that are installed draw the Cornell box for real.
+#include "reference_scenes/reference.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <string>
+
+#include "renderer/render.h"
+#include "renderer/scene_reader.h"
+
+namespace plumb {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* cornell = PLUMB_SCENES "/cornell/scene.xml";
+const std::atomic<bool> never{false};
+
+fs::path fresh_folder() {
+  const fs::path folder =
+      fs::temp_directory_path() /
+      ("plumb_reference_" +
+       std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  return folder;
+}
+
+Scene small_cornell() {
+  Scene scene = read_scene(cornell);
+  scene.camera.width = scene.camera.height = 64;
+  return scene;
+}
+
+Reference draw(const Scene& scene, const ReferenceSettings& settings,
+               const std::atomic<bool>& stop = never) {
+  return render_reference(scene, cornell, settings, fresh_folder() / "log",
+                          {[](const std::string&) {}, stop});
+}
+
+// Nothing if the program isn't installed.
+std::optional<Reference> draw_if_installed(const Scene& scene, const ReferenceSettings& settings) {
+  try {
+    return draw(scene, settings);
+  } catch (const std::runtime_error& error) {
+    if (std::string(error.what()).find("not installed") == std::string::npos) throw;
+    return {};
+  }
+}
+
+struct Estimate {
+  double mean = 0.0;
+  double variance = 0.0;
+};
+
+Estimate mean_of(const Image& image) {
+  Estimate estimate;
+  const double count = double(image.width) * image.height * 3;
+  const size_t channels = image.channels.size();
+  for (size_t i = 0; i < image.values.size(); ++i) {
+    if (i % channels < 3)
+      estimate.mean += double{image.values[i]} / count;
+    else
+      estimate.variance += double{image.values[i]} / (count * count);
+  }
+  return estimate;
+}
+
+Estimate mean_of_ours(const Scene& scene, const BounceRange& bounces) {
+  Film film(64, 64);
+  render(scene, {.bounces = bounces}, {.samples = {0, 2048}}, film);
+  Estimate estimate;
+  const double count = 64 * 64 * 3;
+  for (const float value : film.mean()) estimate.mean += double{value} / count;
+  for (const float value : film.variance()) estimate.variance += double{value} / (count * count);
+  return estimate;
+}
+
+// A program named `name`, found before any other.
+class FakeProgram {
+ public:
+  FakeProgram(const std::string& name, const std::string& script) : old_path_(getenv("PATH")) {
+    const fs::path folder = fresh_folder() / "bin";
+    fs::create_directories(folder);
+    std::ofstream(folder / name) << "#!/bin/sh\n" << script << "\n";
+    chmod((folder / name).c_str(), 0755);
+    setenv("PATH", (folder.string() + ":" + old_path_).c_str(), 1);
+  }
+  ~FakeProgram() { setenv("PATH", old_path_.c_str(), 1); }
+
+ private:
+  std::string old_path_;
+};
+
+std::string complaint_of(const ReferenceSettings& settings) {
+  try {
+    render_reference(small_cornell(), cornell, settings,
+                     fs::temp_directory_path() / "plumb_fake.log",
+                     {[](const std::string&) {}, never});
+    return "";
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
+TEST(Reference, CyclesDrawsTheSamePicture) {
+  const Scene scene = small_cornell();
+  const auto cycles = draw_if_installed(
+      scene, {.program = Program::cycles, .samples_per_pixel = 32, .seeds = 4, .bounces = {}});
+  if (!cycles) GTEST_SKIP() << "Blender is not installed";
+  const Estimate theirs = mean_of(cycles->image);
+  const Estimate ours = mean_of_ours(scene, {});
+  const double error = std::sqrt(theirs.variance + ours.variance);
+  // The two are known to agree to 0.05 % of the mean.
+  EXPECT_NEAR(theirs.mean, ours.mean, 4.5 * error + 5e-4 * ours.mean);
+  EXPECT_LT(error, 2e-3 * ours.mean) << "else nothing is tested";
+  EXPECT_EQ(cycles->samples_per_pixel, 128);
+  EXPECT_GT(cycles->process_seconds, cycles->wall_seconds);
+}
+
+TEST(Reference, PovRayDrawsTheSameDirectLight) {
+  const Scene scene = small_cornell();
+  const BounceRange direct{1, 1};
+  const auto povray = draw_if_installed(
+      scene, {.program = Program::povray, .quality = Quality::draft, .bounces = direct});
+  if (!povray) GTEST_SKIP() << "POV-Ray is not installed";
+  const double ours = mean_of_ours(scene, direct).mean;
+  // Nine rays in a pixel and penumbrae in 36 steps: 0.15 % was measured.
+  EXPECT_NEAR(mean_of(povray->image).mean, ours, 3e-3 * ours);
+}
+
+TEST(Reference, PovRayRefusesWhatItHasNot) {
+  EXPECT_NE(complaint_of({.program = Program::povray, .seeds = 2}).find("no samples or seeds"),
+            std::string::npos);
+  Scene mirrors = small_cornell();
+  mirrors.shapes[0].bsdf.kind = Bsdf::Kind::conductor;
+  EXPECT_THROW(draw(mirrors, {.program = Program::povray, .bounces = {1, 1}}),
+               std::invalid_argument);
+}
+
+TEST(Reference, ADifferenceOfBouncesLeavesOutWhatBothHave) {
+  // Counts its runs, of which it draws none: the first one ends the picture.
+  const FakeProgram povray("povray", "echo $@; exit 1");
+  const std::string complaint = complaint_of({.program = Program::povray, .bounces = {2, 2}});
+  EXPECT_NE(complaint.find("Max_bounces=2"), std::string::npos) << complaint;
+}
+
+TEST(Reference, AMissingProgramIsAnsweredWithHowToInstallIt) {
+  const std::string old_path = getenv("PATH");
+  setenv("PATH", "/nonexistent", 1);
+  EXPECT_NE(complaint_of({.program = Program::povray}).find("apt-get install povray"),
+            std::string::npos);
+  EXPECT_NE(complaint_of({.program = Program::cycles}).find("apt-get install blender"),
+            std::string::npos);
+  setenv("PATH", old_path.c_str(), 1);
+}
+
+TEST(Reference, AFailureNamesWhatTheProgramSaidLastAndItsLog) {
+  const FakeProgram blender("blender", "echo one; echo 'out of luck'; exit 7");
+  const std::string complaint = complaint_of({.program = Program::cycles});
+  EXPECT_NE(complaint.find("out of luck"), std::string::npos) << complaint;
+  EXPECT_NE(complaint.find("exit status 7"), std::string::npos) << complaint;
+  EXPECT_NE(complaint.find("plumb_fake.log"), std::string::npos) << complaint;
+  EXPECT_TRUE(fs::exists(fs::temp_directory_path() / "plumb_fake.log"));
+}
+
+TEST(Reference, AProgramThatDrawsNothingIsAnError) {
+  const FakeProgram silent("blender", "exit 0");
+  EXPECT_NE(complaint_of({.program = Program::cycles}).find("report"), std::string::npos);
+  const FakeProgram boastful("blender", "echo 'plumbline: {\"seconds\": 1}'");
+  EXPECT_NE(complaint_of({.program = Program::cycles}).find("picture.exr"), std::string::npos);
+}
+
+TEST(Reference, AStopBeforeTheFirstSeedIsAnError) {
+  const FakeProgram slow("blender", "sleep 60");
+  const std::atomic<bool> now{true};
+  EXPECT_THROW(draw(small_cornell(), {.program = Program::cycles}, now), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace plumb
