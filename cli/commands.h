@@ -12,6 +12,7 @@ namespace plumb::cli {
 // interrupt sets the exit code to 128 + signal.
 void add_render(CLI::App& app, int& exit_code);
 void add_merge(CLI::App& app);
+void add_compare(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app);
 void add_reference(CLI::App& app, int& exit_code);
 

@@ -22,6 +22,7 @@ int run(int argc, char** argv) {
   int exit_code = 0;
   plumb::cli::add_render(app, exit_code);
   plumb::cli::add_merge(app);
+  plumb::cli::add_compare(app, exit_code);
   plumb::cli::add_export(app);
   plumb::cli::add_reference(app, exit_code);
   app.require_subcommand(0, 1);  // what is missing is told below: CLI11 hides misspelt names

@@ -130,7 +130,7 @@ class CliTest : public testing::Test {
 };
 
 TEST_F(CliTest, EveryHelpHasAnExampleAndFitsIntoATerminal) {
-  for (const std::string command : {"", "render ", "merge ", "export ", "reference "}) {
+  for (const std::string command : {"", "render ", "merge ", "export ", "reference ", "compare "}) {
     const Result result = plumb(command + "--help");
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_EQ(result.err, "");

@@ -1,0 +1,255 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "cli/commands.h"
+#include "cli/gate.h"
+#include "cli/names.h"
+#include "compare/comparison.h"
+#include "compare/maps.h"
+#include "compare/report.h"
+
+namespace plumb::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+const Words<MapKind> map_words{
+    {"difference", MapKind::difference}, {"z", MapKind::z}, {"blocks", MapKind::blocks}};
+
+struct Options {
+  std::string test, reference;
+  std::vector<std::string> test_replicates, reference_replicates;
+  std::string part;
+  std::vector<std::string> channels;
+  bool negative = false;
+  std::string regions;
+  std::optional<Window> crop;
+  Judgement judgement;
+  std::string json, markdown, map;
+  MapKind map_kind = MapKind::difference;
+  bool update = false;
+  std::string gate, junit;
+};
+
+// "0.5%" of the reference's mean, or "0.002" in radiance.
+Amount parse_amount(const std::string& text) {
+  if (!text.ends_with('%')) return {number(0.0, 1e30)(text), false};
+  return {number(0.0, 1e6)(text.substr(0, text.size() - 1)) / 100.0, true};
+}
+
+Window parse_window(const std::string& text) {
+  std::istringstream stream(text);
+  Window w;
+  char a = 0, b = 0, c = 0;
+  stream >> w.x >> a >> w.y >> b >> w.width >> c >> w.height;
+  const bool has_form = stream && stream.peek() == EOF && a == ',' && b == ',' && c == ',';
+  if (!has_form || w.x < 0 || w.y < 0 || w.width < 1 || w.height < 1)
+    refuse(text, "of the form X,Y,WIDTH,HEIGHT");
+  return w;
+}
+
+// Adds "--name FILE" or the like.
+template <typename Target>
+CLI::Option* add_plain(CLI::App& command, const std::string& name, const std::string& value,
+                       Target& target, const std::string& help) {
+  return command.add_option(name, target, help)->type_name(value);
+}
+
+void add_options(CLI::App& command, Options& options) {
+  Judgement& judgement = options.judgement;
+  add_plain(command, "TEST", "", options.test, "Picture to judge, in any format OpenImageIO reads");
+  add_plain(command, "REFERENCE", "", options.reference, "Picture to hold it against");
+  add_option(command, "--tolerance", "T", judgement.tolerance, parse_amount,
+             "Difference that doesn't matter: '0.5%' of the\n"
+             "reference's mean, or '0.002' in radiance (default: 1%)");
+  add_option(command, "--floor", "F", judgement.floor, parse_amount,
+             "How wrong the pictures may be beside their known\n"
+             "noise, as --tolerance; stands in for unknown noise\n"
+             "(default: what REFERENCE states as 'floor')");
+  add_plain(command, "--replicates", "FILE", options.test_replicates,
+            "Renders like TEST with other seeds: their mean is\n"
+            "judged, and their scatter is its noise");
+  add_plain(command, "--reference-replicates", "FILE", options.reference_replicates,
+            "The same for REFERENCE");
+  add_plain(command, "--regions", "MASK", options.regions,
+            "Picture with a colour for each region, black for none;\n"
+            "'plumb render --aov object' draws one");
+  add_option(command, "--crop", "X,Y,W,H", options.crop, parse_window, "Only these pixels");
+  add_plain(command, "--channels", "NAMES", options.channels, "Only these, such as R,G,B")
+      ->delimiter(',');
+  add_plain(command, "--part", "NAME", options.part,
+            "Part of the files (subimage), by name or number");
+  command.add_flag("--negative", options.negative, "Negative values are no error");
+  add_option(command, "--max-outliers", "N", judgement.max_outliers,
+             number<int64_t>(0, int64_t{1} << 40), "Pixels that may differ (default: 0)");
+  add_option(command, "--false-alarms", "P", judgement.false_alarm, number(1e-12, 0.5),
+             "Chance that noise alone makes the verdict 'different'\n(default: 0.001)");
+  add_plain(command, "--json", "FILE", options.json, "All numbers; '-' for standard output alone");
+  add_plain(command, "--markdown", "FILE", options.markdown, "What is printed otherwise");
+  add_plain(
+      command, "-o,--output", "FILE", options.map,
+      "Picture of the differences: blue where the reference\nhas more, red where it has less");
+  add_option(command, "--map", "KIND", options.map_kind, one_of(map_words),
+             "What --output shows: difference (default), z (in standard\n"
+             "deviations of a pixel) or blocks (in those of 8x8 means)");
+  command.add_flag("--update", options.update,
+                   "Overwrite REFERENCE with TEST unless they are the same");
+}
+
+// What was assumed about a picture, a line.
+std::string notes(const Picture& picture) {
+  std::string text;
+  if (picture.image.encoding.find(',') != std::string::npos) {
+    text += fmt::format("{}: {}\n", picture.side, picture.image.encoding);
+  }
+  if (!picture.knows_noise()) text += fmt::format("{}: noise not known\n", picture.side);
+  return text;
+}
+
+Picture read(const std::string& side, const std::string& file,
+             const std::vector<std::string>& replicates, const std::string& part) {
+  std::vector<std::string> files = {file};
+  files.insert(files.end(), replicates.begin(), replicates.end());
+  return read_picture(side, files, part);
+}
+
+void write_text(const std::string& text, const std::string& file) {
+  if (file.empty()) return;
+  if (file == "-") return fmt::print("{}", text);
+  std::ofstream stream(file);
+  stream << text;
+  if (!stream.flush()) throw std::runtime_error(file + ": cannot write");
+}
+
+Regions regions_for(const Options& options, const Image& image) {
+  if (options.regions.empty()) return {};
+  return read_regions(options.regions, image.width, image.height);
+}
+
+Window window_for(const Options& options, const Image& image) {
+  const Window w = options.crop.value_or(Window{0, 0, image.width, image.height});
+  if (w.width > image.width - w.x || w.height > image.height - w.y) {
+    throw std::invalid_argument("--crop reaches beyond the picture");
+  }
+  return w;
+}
+
+// Compares, writes all that is asked for, and gives the verdict with its reason.
+std::pair<Verdict, std::string> compare_files(const Options& options, std::string& report) {
+  if (options.reference.empty()) throw std::invalid_argument("TEST and REFERENCE are required");
+  Picture test = read("test", options.test, options.test_replicates, options.part);
+  Picture reference =
+      read("reference", options.reference, options.reference_replicates, options.part);
+  const auto channels = match(test, reference, options.channels, options.negative);
+  Judgement judgement = options.judgement;
+  const auto floor = metadata_value<double>(reference.image.metadata, "floor");
+  if (floor && !judgement.floor) judgement.floor = Amount{*floor};
+  const Window window = window_for(options, test.image);
+  const Comparison comparison =
+      compare(test, reference, channels, window, regions_for(options, test.image), judgement);
+  const Subject subject{options.test, options.reference, notes(test) + notes(reference),
+                        test.samples_per_pixel()};
+  report = to_text(comparison, subject);
+  write_text(report, options.markdown);
+  if (!options.json.empty()) write_text(to_json(comparison, subject).dump(2) + "\n", options.json);
+  if (!options.map.empty()) {
+    write_image(draw_map(options.map_kind, test, reference, window), options.map);
+  }
+  if (options.update && comparison.verdict != Verdict::same) {
+    fs::copy_file(options.test, options.reference, fs::copy_options::overwrite_existing);
+    report += fmt::format("{} is now {}\n", options.reference, options.test);
+  }
+  return {comparison.verdict, explain(comparison, subject)};
+}
+
+int exit_code_of(const std::string& verdict) {
+  if (verdict == "same") return 0;
+  if (verdict == "different") return 1;
+  return verdict == "inconclusive" ? 3 : 2;
+}
+
+// Runs an entry as its own command line.
+void run(Entry& entry, bool update) {
+  Outcome& outcome = entry.outcome;
+  const auto start = std::chrono::steady_clock::now();
+  std::string report;
+  try {
+    Options options;
+    CLI::App command;
+    add_options(command, options);
+    std::ranges::reverse(entry.arguments);  // as CLI11 wants them
+    command.parse(entry.arguments);
+    options.update = update && outcome.expected == "same";
+    const auto [verdict, text] = compare_files(options, report);
+    outcome.verdict = to_string(verdict);
+    outcome.text = text;
+  } catch (const std::exception& error) {
+    outcome.verdict = "trouble";
+    outcome.text = fmt::format("trouble: {}\n", error.what());
+  }
+  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  fmt::print("{} {}: {}\n", outcome.verdict == outcome.expected ? "ok  " : "FAIL", outcome.name,
+             outcome.text.substr(0, outcome.text.find('\n')));
+}
+
+// 0 if all ended as expected, else the worst outcome's code: trouble, different, inconclusive.
+int run_gate(const Options& options) {
+  std::vector<Entry> entries = read_gate(options.gate);
+  const std::string junit = options.junit.empty() ? "" : fs::absolute(options.junit).string();
+  fs::current_path(fs::absolute(options.gate).parent_path());
+  std::vector<Outcome> outcomes;
+  int code = 0;
+  for (Entry& entry : entries) {
+    run(entry, options.update);
+    outcomes.push_back(entry.outcome);
+    if (entry.outcome.verdict == entry.outcome.expected) continue;
+    const int own = std::max(1, exit_code_of(entry.outcome.verdict));
+    const auto gravity = [](int exit_code) { return std::array{0, 2, 3, 1}[size_t(exit_code)]; };
+    if (gravity(own) > gravity(code)) code = own;
+  }
+  write_text(to_junit(outcomes), junit);
+  return code;
+}
+
+int run(const Options& options) {
+  if (!options.gate.empty()) return run_gate(options);
+  std::string report;
+  const Verdict verdict = compare_files(options, report).first;
+  if (options.json != "-" && options.markdown != "-") fmt::print("{}", report);
+  return exit_code_of(to_string(verdict));
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command =
+      *app.add_subcommand("compare", "Tell whether two pictures differ by more than noise");
+  add_options(command, *options);
+  add_plain(command, "--gate", "FILE", options->gate,
+            "Instead compare all pairs that this TOML file lists");
+  add_plain(command, "--junit", "FILE", options->junit, "With --gate: the outcome for CI servers");
+  command.footer(R"(Examples:
+  plumb compare test.exr reference.exr --tolerance 0.5%
+  plumb compare a1.exr cycles.exr --replicates a2.exr a3.exr --floor 0.3%
+  plumb compare test.exr reference.exr --regions mask.png -o diff.png
+  plumb compare --gate gate.toml --junit results.xml
+
+Exit codes: 0 same, 1 different, 2 trouble (NaN, infinite or negative values,
+other size or channels, unreadable files), 3 inconclusive.)");
+  command.callback([=, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace plumb::cli

@@ -1,0 +1,282 @@
+#include "compare/comparison.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <tuple>
+#include <utility>
+
+namespace plumb {
+namespace {
+
+constexpr size_t findings_kept = 10;
+constexpr int neighbourhood = 4;  // pixels to each side whose noise a pixel may share
+
+// 0 if there are no values.
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+// The test's variance over the reference's in the typical block, for one channel.
+double noise_ratio(const Sums& sums, size_t channel) {
+  std::vector<double> ratios;
+  for (size_t i = channel; i < sums.blocks.size(); i += sums.image.size()) {
+    const Pool& block = sums.blocks[i];
+    if (block.test_variance > 0.0 && block.reference_variance > 0.0) {
+      ratios.push_back(block.test_variance / block.reference_variance);
+    }
+  }
+  if (!ratios.empty()) return median(ratios);
+  return sums.image[channel].test_variance > 0.0 ? 1e12 : 1e-12;  // one is exact
+}
+
+Errors errors_of(const Pool& pool) {
+  const double n = pool.pixels;
+  Errors errors{pool.absolute / n, pool.squares / n, pool.relative / n, pool.symmetric / n};
+  errors.bias_squared = std::pow((pool.test - pool.reference) / n, 2.0);
+  errors.test_noise = pool.test_variance / n;
+  errors.reference_noise = pool.reference_variance / n;
+  return errors;
+}
+
+void find_extremes(const Picture& test, const Picture& reference, const Window& w, size_t channel,
+                   Errors& errors) {
+  for (int y = w.y; y < w.y + w.height; ++y) {
+    for (int x = w.x; x < w.x + w.width; ++x) {
+      const Sample s = sample(test, reference, test.image.pixel(x, y), channel);
+      errors.peak = std::max(errors.peak, s.reference);
+      if (std::abs(s.difference()) <= errors.max) continue;
+      errors.max = std::abs(s.difference());
+      errors.x = x;
+      errors.y = y;
+      errors.max_test = s.test;
+      errors.max_reference = s.reference;
+    }
+  }
+}
+
+// Of several channels.
+Errors mean(const std::vector<Errors>& channels) {
+  Errors result = *std::ranges::max_element(channels, {}, &Errors::max);
+  result.peak = std::ranges::max(channels, {}, &Errors::peak).peak;
+  for (const auto member : {&Errors::mae, &Errors::mse, &Errors::rel_mse, &Errors::smape,
+                            &Errors::bias_squared, &Errors::test_noise, &Errors::reference_noise}) {
+    result.*member = 0.0;
+    for (const Errors& e : channels) {
+      result.*member += e.*member / static_cast<double>(channels.size());
+    }
+  }
+  return result;
+}
+
+bool is_among_clearest(const Finding& finding, const std::vector<Finding>& worst) {
+  return worst.size() < findings_kept || finding.estimate.excess > worst.back().estimate.excess;
+}
+
+// Clearest first, and in reading order where that is equal.
+void keep(Finding finding, std::vector<Finding>& worst) {
+  const auto rank = [](const Finding& f) {
+    return std::tuple(-f.estimate.excess, f.window.y, f.window.x);
+  };
+  worst.insert(std::ranges::upper_bound(worst, rank(finding), {}, rank), std::move(finding));
+  if (worst.size() > findings_kept) worst.pop_back();
+}
+
+class Judge {
+ public:
+  Judge(const Picture& test, const Picture& reference, const Judgement& judgement, const Sums& sums,
+        Comparison& result)
+      : test_(test), reference_(reference), judgement_(judgement), result_(result) {
+    for (size_t c = 0; c < sums.image.size(); ++c) {
+      criteria_.push_back({0.0, 0.0, result.knows_noise, noise_ratio(sums, c)});
+      set_tolerance(sums.image[c], criteria_[c]);
+      means_.push_back(std::abs(sums.image[c].reference) / sums.image[c].pixels);
+      result.tolerances.push_back(criteria_[c].tolerance);
+      result.floors.push_back(criteria_[c].floor);
+    }
+  }
+
+  // Judges averages; `locate` says where a unit is. Either gives all findings, whose tolerance then
+  // is relative to their own means; or just notes what differs, relative to the image's mean.
+  template <typename Locate>
+  void judge_pools(const std::string& name, const std::vector<Pool>& pools, Locate locate,
+                   std::vector<Finding>* all) {
+    if (pools.empty()) return;
+    const size_t channels = criteria_.size();
+    Level level{name, static_cast<int64_t>(pools.size() / channels), 0, 0, {}};
+    const double critical = critical_for(pools.size());
+    std::vector<double> visible;
+    size_t last = pools.size();  // unit that differs
+    for (size_t i = 0; i < pools.size(); ++i) {
+      if (pools[i].pixels == 0.0) continue;
+      const size_t c = i % channels;
+      Criterion criterion = criteria_[c];
+      if (all != nullptr) set_tolerance(pools[i], criterion);
+      Finding finding{"", {}, result_.channels[c], criterion.estimate(pools[i], critical)};
+      locate(static_cast<int>(i / channels), finding);
+      const double whole = all != nullptr ? finding.estimate.reference : means_[c];
+      if (whole > 0.0) visible.push_back(finding.estimate.visible / whole);
+      if (all != nullptr) {
+        result_.samples_factor =
+            std::max(result_.samples_factor, criterion.samples_factor(finding.estimate));
+      }
+      const bool is_different = finding.estimate.verdict == Verdict::different;
+      if (!is_different && all == nullptr) continue;
+      if (all != nullptr || is_among_clearest(finding, level.worst)) {
+        finding.estimate.confidence = result_.knows_noise ? confidence(pools[i]) : 0.0;
+      }
+      if (all != nullptr) all->push_back(finding);
+      if (!is_different) continue;
+      level.different += std::exchange(last, i / channels) != i / channels;
+      keep(finding, level.worst);
+    }
+    level.visible = median(visible);
+    result_.levels.push_back(level);
+  }
+
+  // Judges each pixel.
+  void judge_pixels(const Window& w) {
+    const int64_t pixels = int64_t{w.width} * w.height;
+    Level level{"pixel", pixels, 0, 0, {}};
+    const double critical = critical_for(static_cast<size_t>(pixels) * test_.values.size());
+    std::vector<double> visible;
+    std::mutex mutex;
+    const auto judge_row = [&](int y) {
+      std::vector<Finding> worst;
+      int64_t different = 0;
+      for (int x = w.x; x < w.x + w.width; ++x) {
+        const auto finding = judge_pixel(x, y, critical);
+        different += finding.has_value();
+        if (finding) keep(*finding, worst);
+      }
+      const std::lock_guard lock(mutex);
+      level.different += different;
+      for (const Finding& finding : worst) keep(finding, level.worst);
+      for (size_t c = 0; c < test_.values.size(); ++c) {
+        const double noise = margin(w.x + w.width / 2, y, c, neighbourhood, critical);
+        if (means_[c] == 0.0) continue;
+        visible.push_back((criteria_[c].tolerance + criteria_[c].floor + noise) / means_[c]);
+      }
+    };
+    tbb::parallel_for(w.y, w.y + w.height, judge_row);
+    level.visible = median(visible);
+    result_.levels.push_back(level);
+  }
+
+  // The verdict, and what would decide it.
+  void conclude() {
+    bool is_different = false;
+    for (const Level& level : result_.levels) {
+      is_different |= level.different > (level.name == "pixel" ? judgement_.max_outliers : 0);
+    }
+    bool is_same = true;
+    for (const auto* findings : {&result_.image, &result_.regions}) {
+      for (const Finding& f : *findings) is_same &= f.estimate.verdict == Verdict::same;
+    }
+    if (is_same) result_.verdict = Verdict::same;
+    if (is_different) result_.verdict = Verdict::different;
+  }
+
+ private:
+  void set_tolerance(const Pool& pool, Criterion& criterion) const {
+    const double mean = std::abs(pool.reference) / pool.pixels;
+    const auto radiance = [&](const Amount& a) { return a.value * (a.is_relative ? mean : 1.0); };
+    criterion.tolerance = radiance(judgement_.tolerance);
+    criterion.floor = judgement_.floor ? radiance(*judgement_.floor) : 0.0;
+  }
+
+  // For each level's share of the false alarms.
+  double critical_for(size_t tests) const {
+    constexpr double levels = 4.0;
+    return critical_value(judgement_.false_alarm / levels, static_cast<double>(tests));
+  }
+
+  Sample sample_at(int x, int y, size_t c) const {
+    return sample(test_, reference_, test_.image.pixel(x, y), c);
+  }
+
+  // By the largest noise that is claimed within some pixels from here.
+  double margin(int x, int y, size_t c, int radius, double critical) const {
+    if (!result_.knows_noise) return 0.0;
+    double largest = 0.0;
+    for (int v = std::max(y - radius, 0); v <= std::min(y + radius, test_.image.height - 1); ++v) {
+      for (int u = std::max(x - radius, 0); u <= std::min(x + radius, test_.image.width - 1); ++u) {
+        const Sample s = sample_at(u, v, c);
+        largest = std::max(largest, cautious_variance(s.test_variance, s.reference_variance,
+                                                      criteria_[c].noise_ratio));
+      }
+    }
+    return critical * std::sqrt(largest);
+  }
+
+  // The channel that differs most clearly, if one differs. A pixel's variance comes from few
+  // replicates. All may have missed or met the same edge, or have met one rare caustic each, and so
+  // claim no noise. So a pixel is taken to be as noisy as the noisiest one around it; its own noise
+  // tells quickly that most don't differ.
+  std::optional<Finding> judge_pixel(int x, int y, double critical) const {
+    std::optional<Finding> finding;
+    for (size_t c = 0; c < test_.values.size(); ++c) {
+      const Sample s = sample_at(x, y, c);
+      Estimate estimate{s.test, s.reference, s.difference()};
+      for (const int radius : {0, neighbourhood}) {
+        estimate.margin = margin(x, y, c, radius, critical);
+        criteria_[c].judge(estimate);
+        if (estimate.verdict != Verdict::different) break;
+      }
+      if (estimate.verdict != Verdict::different) continue;
+      if (finding && finding->estimate.excess >= estimate.excess) continue;
+      finding = Finding{"", {x, y, 1, 1}, result_.channels[c], estimate};
+    }
+    return finding;
+  }
+
+  const Picture& test_;
+  const Picture& reference_;
+  const Judgement& judgement_;
+  Comparison& result_;
+  std::vector<Criterion> criteria_;
+  std::vector<double> means_;  // of the reference
+};
+
+}  // namespace
+
+double Errors::psnr() const {
+  if (mse == 0.0) return std::numeric_limits<double>::infinity();
+  return 10.0 * std::log10(peak * peak / mse);
+}
+
+Comparison compare(const Picture& test, const Picture& reference,
+                   const std::vector<std::string>& channels, const Window& window,
+                   const Regions& regions, const Judgement& judgement) {
+  const Sums sums = add_up(test, reference, window, regions);
+  Comparison result;
+  result.channels = channels;
+  result.channels.emplace_back("all");
+  result.window = window;
+  for (size_t c = 0; c < channels.size(); ++c) result.errors.push_back(errors_of(sums.image[c]));
+  tbb::parallel_for(size_t{0}, channels.size(),
+                    [&](size_t c) { find_extremes(test, reference, window, c, result.errors[c]); });
+  const int known = int{test.knows_noise()} + int{reference.knows_noise()};
+  result.knows_noise = known == 2 || (known == 1 && judgement.floor);
+  Judge judge(test, reference, judgement, sums, result);
+  const auto name_region = [&](int i, Finding& f) {
+    f.name = regions.names[static_cast<size_t>(i)];
+  };
+  const auto locate_block = [&](int i, Finding& f) { f.window = block_window(window, i); };
+  judge.judge_pools(
+      "image", sums.image, [&](int, Finding& f) { f.window = window; }, &result.image);
+  judge.judge_pools("region", sums.regions, name_region, &result.regions);
+  if (result.knows_noise) judge.judge_pools("block", sums.blocks, locate_block, nullptr);
+  judge.judge_pixels(window);
+  result.errors.push_back(mean(result.errors));
+  judge.conclude();
+  return result;
+}
+
+}  // namespace plumb

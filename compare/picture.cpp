@@ -1,0 +1,134 @@
+#include "compare/picture.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+#include <optional>
+#include <set>
+
+namespace plumb {
+namespace {
+
+using Names = std::vector<std::string>;
+
+std::optional<size_t> place_of(const Image& image, const std::string& channel) {
+  const auto found = std::ranges::find(image.channels, channel);
+  if (found == image.channels.end()) return std::nullopt;
+  return static_cast<size_t>(found - image.channels.begin());
+}
+
+// All channels but those that tell of noise, sorted.
+Names pictured_channels(const Image& image) {
+  std::set<std::string> names(image.channels.begin(), image.channels.end());
+  std::erase_if(names, [](const std::string& name) {
+    return name.starts_with("variance.") || name.starts_with("replicate");
+  });
+  return {names.begin(), names.end()};
+}
+
+// Joins another replicate to the mean of `count` - 1 ones, and to the sum of squared deviations in
+// `scatter` (Welford 1962).
+void join(Picture& mean, const Image& next, float count) {
+  if (next.width != mean.image.width || next.channels != mean.image.channels ||
+      next.values.size() != mean.image.values.size()) {
+    throw ImageError(fmt::format("the {}'s replicates differ in size or channels", mean.side));
+  }
+  for (size_t i = 0; i < next.values.size(); ++i) {
+    const float before = next.values[i] - mean.image.values[i];
+    mean.image.values[i] += before / count;
+    mean.scatter[i] += before * (next.values[i] - mean.image.values[i]);
+  }
+}
+
+void refuse_poison(const Picture& picture, const std::vector<size_t>& places,
+                   const std::vector<float>& values, bool negative) {
+  const size_t stride = picture.image.channels.size();
+  const float least = negative ? std::numeric_limits<float>::lowest() : 0.0F;
+  size_t count = 0;
+  size_t first = 0;
+  for (size_t p = 0; p < values.size(); p += stride) {
+    for (const size_t place : places) {
+      const float value = values[p + place];
+      if (value >= least && value <= std::numeric_limits<float>::max()) continue;  // not NaN either
+      if (count++ == 0) first = p + place;
+    }
+  }
+  if (count == 0) return;
+  const auto width = static_cast<size_t>(picture.image.width);
+  throw ImageError(fmt::format(
+      "the {} has {} values that are NaN, infinite or negative; the first, {}, is at {},{} in {}",
+      picture.side, count, values[first], first / stride % width, first / stride / width,
+      picture.image.channels[first % stride]));
+}
+
+void choose(Picture& picture, const Names& channels) {
+  for (const std::string& channel : channels) {
+    const auto place = place_of(picture.image, channel);
+    const auto variance =
+        picture.scatter.empty() ? place_of(picture.image, "variance." + channel) : place;
+    if (!place) {
+      throw ImageError(fmt::format("the {} has no channel {}, only {}", picture.side, channel,
+                                   fmt::join(picture.image.channels, " ")));
+    }
+    picture.values.push_back(*place);
+    if (variance) picture.variances.push_back(*variance);
+  }
+  if (picture.variances.size() < channels.size()) picture.variances.clear();
+}
+
+}  // namespace
+
+double Picture::samples_per_pixel() const {
+  const std::string range = metadata_value<std::string>(image.metadata, "samples").value_or("");
+  const size_t middle = range.find(':');
+  if (middle == std::string::npos) return 0.0;
+  return std::strtod(&range[middle + 1], nullptr) - std::strtod(range.c_str(), nullptr);
+}
+
+Picture read_picture(const std::string& side, const Names& files, const std::string& part) {
+  Picture picture{side, read_image(files.front(), part), {}, {}, {}};
+  const int replicates = metadata_value<int>(picture.image.metadata, "replicates").value_or(2);
+  picture.degrees_of_freedom = std::max(replicates, 2) - 1;
+  if (files.size() == 1) return picture;
+  const auto count = static_cast<float>(files.size());
+  picture.degrees_of_freedom = double{count} - 1.0;
+  picture.scatter.resize(picture.image.values.size());
+  for (size_t i = 1; i < files.size(); ++i) {
+    join(picture, read_image(files[i], part), static_cast<float>(i + 1));
+  }
+  for (float& value : picture.scatter) value /= count * (count - 1.0F);
+  return picture;
+}
+
+Names match(Picture& test, Picture& reference, const Names& wanted, bool negative) {
+  if (test.image.width != reference.image.width || test.image.height != reference.image.height) {
+    throw ImageError(fmt::format("the test has {} x {} pixels, the reference {} x {}",
+                                 test.image.width, test.image.height, reference.image.width,
+                                 reference.image.height));
+  }
+  Names channels = wanted;
+  if (channels.empty()) {
+    channels = pictured_channels(test.image);
+    const Names others = pictured_channels(reference.image);
+    if (channels != others) {
+      throw ImageError(fmt::format("the test has channels {}, the reference {}: --channels chooses",
+                                   fmt::join(channels, " "), fmt::join(others, " ")));
+    }
+    const Names rgb = {"R", "G", "B"};
+    const auto is_there = [&](const auto& name) { return place_of(test.image, name).has_value(); };
+    if (std::ranges::all_of(rgb, is_there)) channels = rgb;
+  }
+  for (Picture* picture : {&test, &reference}) {
+    choose(*picture, channels);
+    const bool has_scatter = !picture->scatter.empty();
+    refuse_poison(*picture, picture->values, picture->image.values, negative);
+    refuse_poison(*picture, picture->variances,
+                  has_scatter ? picture->scatter : picture->image.values, false);
+  }
+  return channels;
+}
+
+}  // namespace plumb

@@ -1,0 +1,226 @@
+#include "compare/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumb {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Row = std::vector<std::string>;
+
+std::string short_number(double value) { return fmt::format("{:.4g}", value); }
+
+// A Markdown table that is also fit for a terminal. No rows, no table.
+std::string table(const Row& head, const std::vector<Row>& rows) {
+  if (rows.empty()) return "";
+  const auto line = [&](const Row& cells, char fill) {
+    std::string text = "|";
+    for (size_t c = 0; c < head.size(); ++c) {
+      size_t width = 0;
+      for (const Row& row : rows) width = std::max({width, head[c].size(), row[c].size()});
+      text += fill;
+      text += cells[c];
+      text.append(width - cells[c].size() + 1, fill);
+      text += '|';
+    }
+    return text + "\n";
+  };
+  std::string text = "\n";
+  text += line(head, ' ') + line(Row(head.size()), '-');
+  for (const Row& row : rows) text += line(row, ' ');
+  return text;
+}
+
+std::string percent(double part, double whole) {
+  return whole == 0.0 ? "-" : fmt::format("{:.2g} %", 100.0 * part / std::abs(whole));
+}
+
+std::string bias(const Estimate& e) {
+  const bool is_relative = e.reference != 0.0;
+  const double unit = is_relative ? std::abs(e.reference) / 100.0 : 1.0;
+  std::string text = fmt::format("{:+.3f}{}", e.difference / unit, is_relative ? " %" : "");
+  if (e.confidence > 0.0) text += fmt::format(" +- {:.3f}", e.confidence / unit);
+  return text;
+}
+
+std::string place(const Finding& f) {
+  if (!f.name.empty()) return f.name;
+  return fmt::format("{}x{} at {},{}", f.window.width, f.window.height, f.window.x, f.window.y);
+}
+
+Row row(const Finding& f) {
+  return {place(f), f.channel, short_number(f.estimate.test), short_number(f.estimate.reference),
+          bias(f.estimate)};
+}
+
+std::string error_tables(const Comparison& comparison) {
+  std::vector<Row> errors;
+  std::vector<Row> parts;
+  for (size_t c = 0; c < comparison.errors.size(); ++c) {
+    const Errors& e = comparison.errors[c];
+    const Estimate& mean = comparison.image[c].estimate;
+    const double rest = e.mse - e.bias_squared - e.test_noise - e.reference_noise;
+    errors.push_back({comparison.channels[c], short_number(mean.test), short_number(mean.reference),
+                      bias(mean)});
+    for (const double x : {e.mae, std::sqrt(e.mse), e.rel_mse, e.smape, e.psnr()}) {
+      errors.back().push_back(short_number(x));
+    }
+    parts.push_back({comparison.channels[c], short_number(e.max), fmt::format("{},{}", e.x, e.y)});
+    for (const double x : {e.max_test, e.max_reference, e.mse, e.bias_squared, e.test_noise,
+                           e.reference_noise, rest}) {
+      parts.back().push_back(short_number(x));
+    }
+  }
+  return table({"channel", "test", "reference", "bias +- 95 %", "MAE", "RMSE", "relMSE", "SMAPE",
+                "PSNR"},
+               errors) +
+         table({"channel", "largest", "at", "test", "reference", "MSE", "= bias^2",
+                "+ test's noise", "+ reference's", "+ rest"},
+               parts) +
+         "\nWith x the test and r the reference: relMSE = mean (x-r)^2 / (r^2 + 0.01),\n"
+         "SMAPE = mean 2 |x-r| / (|x| + |r| + 0.01), PSNR = 10 lg (peak^2 / MSE), peak = max(1, "
+         "r).\n";
+}
+
+std::string finding_tables(const Comparison& comparison) {
+  std::vector<Row> regions;
+  for (const Finding& f : comparison.regions) {
+    regions.push_back(row(f));
+    regions.back().emplace_back(to_string(f.estimate.verdict));
+  }
+  std::string text =
+      table({"region", "channel", "test", "reference", "bias +- 95 %", "verdict"}, regions);
+  for (const Level& level : comparison.levels) {
+    if (level.different == 0 || level.name == "image") continue;
+    std::vector<Row> rows;
+    for (const Finding& f : level.worst) rows.push_back(row(f));
+    text += fmt::format("\n{} of {} {}s differ, most clearly:\n", level.different, level.units,
+                        level.name) +
+            table({level.name, "channel", "test", "reference", "bias +- 95 %"}, rows);
+  }
+  return text;
+}
+
+Json to_json(const Estimate& e) {
+  const double whole = std::abs(e.reference);
+  return {{"test", e.test},
+          {"reference", e.reference},
+          {"difference", e.difference},
+          {"relativeDifference", e.difference / whole},
+          {"standardError", e.standard_error},
+          {"confidence95", e.confidence},
+          {"relativeConfidence95", e.confidence / whole},
+          {"margin", e.margin},
+          {"visible", e.visible},
+          {"verdict", to_string(e.verdict)}};
+}
+
+Json to_json(const Window& w) { return {w.x, w.y, w.width, w.height}; }
+
+Json to_json(const std::vector<Finding>& findings) {
+  Json list = Json::array();
+  for (const Finding& f : findings) {
+    Json json = f.name.empty() ? Json{{"window", to_json(f.window)}} : Json{{"region", f.name}};
+    json["channel"] = f.channel;
+    json.update(to_json(f.estimate));
+    list.push_back(json);
+  }
+  return list;
+}
+
+Json to_json(const Errors& e) {
+  return {{"mae", e.mae},
+          {"mse", e.mse},
+          {"rmse", std::sqrt(e.mse)},
+          {"relMse", e.rel_mse},
+          {"smape", e.smape},
+          {"psnr", e.psnr()},
+          {"peak", e.peak},
+          {"biasSquared", e.bias_squared},
+          {"testNoise", e.test_noise},
+          {"referenceNoise", e.reference_noise},
+          {"max",
+           {{"difference", e.max},
+            {"x", e.x},
+            {"y", e.y},
+            {"test", e.max_test},
+            {"reference", e.max_reference}}}};
+}
+
+std::string reason(const Comparison& comparison, double samples_per_pixel) {
+  if (comparison.verdict == Verdict::different) {
+    const auto clearness = [](const Level& level) {
+      return level.worst.empty() ? 0.0 : level.worst.front().estimate.excess;
+    };
+    const Level& level = *std::ranges::max_element(comparison.levels, {}, clearness);
+    const Finding& f = level.worst.front();
+    return fmt::format("{} {} has {} in {} ({:.4g}, not {:.4g})", level.name, place(f),
+                       bias(f.estimate), f.channel, f.estimate.test, f.estimate.reference);
+  }
+  const double tolerance = comparison.tolerances.back();
+  const std::string tolerated = fmt::format(
+      "{} ({:.3g})", percent(tolerance, comparison.image.back().estimate.reference), tolerance);
+  if (comparison.verdict == Verdict::same) return "the means differ by less than " + tolerated;
+  const double factor = comparison.samples_factor;
+  std::string text = "noise hides whether the means differ by less than " + tolerated;
+  if (!std::isfinite(factor)) return text + ", and no number of samples would tell";
+  text += fmt::format("; {:.2g} times the samples", factor);
+  if (samples_per_pixel > 0.0) text += fmt::format(" ({:.0f} spp)", factor * samples_per_pixel);
+  return text + " would tell";
+}
+
+}  // namespace
+
+std::string explain(const Comparison& comparison, const Subject& subject) {
+  std::string text = fmt::format("{}: {}\n", to_string(comparison.verdict),
+                                 reason(comparison, subject.samples_per_pixel));
+  if (!comparison.knows_noise) {
+    return text + "The noise of both is not known: this was a plain check of every pixel.\n";
+  }
+  std::string levels;
+  for (const Level& level : comparison.levels) {
+    levels += fmt::format("{}{} of {} {}", levels.empty() ? "" : ", ", percent(level.visible, 1.0),
+                          level.name == "image" ? "the" : "a", level.name);
+  }
+  return text + "Would have been found: " + levels + ".\n";
+}
+
+std::string to_text(const Comparison& comparison, const Subject& subject) {
+  return fmt::format("{} against {}, {}\n{}", subject.test, subject.reference,
+                     place(Finding{"", comparison.window, "", {}}), subject.notes) +
+         error_tables(comparison) + finding_tables(comparison) + "\n" +
+         explain(comparison, subject);
+}
+
+Json to_json(const Comparison& comparison, const Subject& subject) {
+  Json json = {{"plumbline", PLUMB_VERSION},
+               {"test", subject.test},
+               {"reference", subject.reference},
+               {"verdict", to_string(comparison.verdict)},
+               {"explanation", explain(comparison, subject)},
+               {"knowsNoise", comparison.knows_noise},
+               {"samplesFactor", comparison.samples_factor},
+               {"window", to_json(comparison.window)}};
+  for (size_t c = 0; c < comparison.errors.size(); ++c) {
+    Json channel = {{"channel", comparison.channels[c]},
+                    {"tolerance", comparison.tolerances[c]},
+                    {"floor", comparison.floors[c]}};
+    channel.update(to_json(comparison.image[c].estimate));
+    channel.update(to_json(comparison.errors[c]));
+    json["channels"].push_back(channel);
+  }
+  if (!comparison.regions.empty()) json["regions"] = to_json(comparison.regions);
+  for (const Level& level : comparison.levels) {
+    json["levels"].push_back({{"level", level.name},
+                              {"units", level.units},
+                              {"different", level.different},
+                              {"relativeVisible", level.visible},
+                              {"worst", to_json(level.worst)}});
+  }
+  return json;
+}
+
+}  // namespace plumb

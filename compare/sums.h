@@ -1,0 +1,45 @@
+// Adds up two pictures and their differences over blocks, regions and all pixels.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "compare/picture.h"
+#include "compare/regions.h"
+
+namespace plumb {
+
+constexpr int block_side = 8;
+
+// Relative errors are relative to this at least.
+constexpr double epsilon = 0.01;
+
+// What the two pictures say about one channel of a pixel.
+struct Sample {
+  double test = 0, reference = 0, test_variance = 0, reference_variance = 0;
+  double difference() const { return test - reference; }
+};
+Sample sample(const Picture& test, const Picture& reference, size_t pixel, size_t channel);
+
+// Sums over pixels, with x the test, r the reference, V their variances.
+struct Pool {
+  double pixels = 0, test = 0, reference = 0, test_variance = 0, reference_variance = 0;
+  double squares = 0;    // (x - r)^2
+  double fourth = 0;     // V^2 / degrees of freedom, for Welch and Satterthwaite
+  double absolute = 0;   // |x - r|
+  double relative = 0;   // (x - r)^2 / (r^2 + epsilon)
+  double symmetric = 0;  // 2 |x - r| / (|x| + |r| + epsilon)
+
+  void operator+=(const Pool& other);
+};
+
+// By units (blocks by rows, regions), in each by channels; the last one is the channels' mean.
+struct Sums {
+  std::vector<Pool> image, regions, blocks;
+};
+Sums add_up(const Picture& test, const Picture& reference, const Window& window,
+            const Regions& regions);
+
+Window block_window(const Window& window, int block);
+
+}  // namespace plumb

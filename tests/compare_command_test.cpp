@@ -1,0 +1,315 @@
+// What may be relied on about `plumb compare` and files: it is run as a user would run it.
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "images/image.h"
+
+namespace plumb {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Result {
+  int exit_code;
+  std::string output;
+};
+
+constexpr int same = 0, different = 1, trouble = 2, inconclusive = 3;
+
+std::string text_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+// Each test has a folder of its own, in which `plumb` runs, with the picture clean.exr.
+class CompareCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder = fs::path(testing::TempDir()) /
+             ("plumb-compare-" + std::to_string(getpid()) + "-" + std::string(test->name()));
+    fs::create_directories(folder);
+    for (int i = 0; i < 32 * 24 * 3; ++i) clean.values.push_back(0.1F + float(i % 97) / 100.0F);
+    write_image(clean, folder / "clean.exr");
+  }
+
+  void TearDown() override { fs::remove_all(folder); }
+
+  Result compare(const std::string& arguments) const {
+    const std::string command =
+        "cd '" + folder.string() + "' && '" PLUMB_EXECUTABLE "' compare " + arguments + " 2>&1";
+    std::FILE* pipe = popen(command.c_str(), "r");
+    Result result;
+    char buffer[4096];
+    while (const size_t n = std::fread(buffer, 1, sizeof(buffer), pipe)) {
+      result.output.append(buffer, n);
+    }
+    result.exit_code = WEXITSTATUS(pclose(pipe));
+    return result;
+  }
+
+  // Neither side, nor both, may hold the file.
+  void expect_trouble(const std::string& file, const std::string& reason) const {
+    for (const std::string& pair : {file + " clean.exr", "clean.exr " + file, file + " " + file}) {
+      const Result result = compare(pair);
+      EXPECT_EQ(result.exit_code, trouble) << pair << ": " << result.output;
+      EXPECT_NE(result.output.find(reason), std::string::npos) << result.output;
+      EXPECT_TRUE(result.output.starts_with("plumb: ")) << result.output;
+    }
+  }
+
+  Image clean{32, 24, {"R", "G", "B"}, {}, {}};
+  fs::path folder;
+};
+
+TEST_F(CompareCommand, EqualPicturesAreTheSame) {
+  const Result result = compare("clean.exr clean.exr --tolerance 0");
+  EXPECT_EQ(result.exit_code, same) << result.output;
+  EXPECT_NE(result.output.find("plain check"), std::string::npos) << result.output;
+}
+
+// Unfit files
+
+TEST_F(CompareCommand, BadValuesAreTrouble) {
+  using Limits = std::numeric_limits<float>;
+  for (const float bad : {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(), -1e-6F}) {
+    Image image = clean;
+    image.values[(7 * 32 + 5) * 3 + 1] = bad;
+    write_image(image, folder / "bad.exr");
+    expect_trouble("bad.exr", "at 5,7 in G");
+    image.values.assign(image.values.size(), bad);
+    write_image(image, folder / "bad.exr");
+    expect_trouble("bad.exr", "2304");
+  }
+}
+
+TEST_F(CompareCommand, NegativeValuesCanBeAllowed) {
+  Image image = clean;
+  image.values[0] = -1.0F;
+  write_image(image, folder / "negative.exr");
+  EXPECT_EQ(compare("negative.exr negative.exr --negative").exit_code, same);
+}
+
+TEST_F(CompareCommand, UnreadableFilesAreTrouble) {
+  const std::string whole = text_of(folder / "clean.exr");
+  write_text(folder / "cut.exr", whole.substr(0, whole.size() / 2));
+  write_text(folder / "empty.exr", "");
+  write_text(folder / "text.exr", "No picture");
+  write_text(folder / "text.png", "No picture");
+  write_text(folder / "clean.odd", whole);
+  fs::create_directory(folder / "folder.exr");
+  expect_trouble("cut.exr", "damaged");
+  expect_trouble("empty.exr", "empty");
+  expect_trouble("text.exr", "not an EXR image");
+  expect_trouble("text.png", "not a PNG image");
+  expect_trouble("clean.odd", "unknown image format");
+  expect_trouble("folder.exr", "Is a directory");
+  expect_trouble("missing.exr", "No such file");
+}
+
+// The width in the header becomes 2^20: 200 MB, in a file of 7 kB.
+TEST_F(CompareCommand, HeaderThatAsksForFarTooMuchMemoryIsTrouble) {
+  std::string bytes = text_of(folder / "clean.exr");
+  for (const std::string name : {"dataWindow", "displayWindow"}) {
+    const size_t window = bytes.find(name + '\0' + "box2i" + '\0') + name.size() + 7 + 4;
+    bytes.replace(window + 8, 4, std::string("\xff\xff\x0f\0", 4));
+  }
+  write_text(folder / "giant.exr", bytes);
+  expect_trouble("giant.exr", "1048576 x 24 pixels");
+}
+
+TEST_F(CompareCommand, OtherSizeOrChannelsAreTrouble) {
+  Image image = clean;
+  image.width = 24;
+  image.height = 32;
+  write_image(image, folder / "upright.exr");
+  EXPECT_EQ(compare("upright.exr clean.exr").exit_code, trouble);
+  image = clean;
+  image.channels = {"R", "G", "A"};
+  write_image(image, folder / "rga.exr");
+  EXPECT_EQ(compare("rga.exr clean.exr").exit_code, trouble);
+  EXPECT_EQ(compare("rga.exr clean.exr --channels R,G").exit_code, same);
+  EXPECT_EQ(compare("rga.exr clean.exr --channels R,B").exit_code, trouble);
+}
+
+// Formats
+
+TEST_F(CompareCommand, TransferFunctionsOfIntegersAreUndoneAndSaid) {
+  write_image(clean, folder / "clean.png");
+  // A code of 8 bits is off by 1/510 at most, where the slope of radiance is below 2.3.
+  const Result result = compare("clean.png clean.exr --tolerance 0.0046 --crop 0,0,9,9");
+  EXPECT_NE(result.output.find("test: uint8, srgb, made linear"), std::string::npos)
+      << result.output;
+}
+
+TEST_F(CompareCommand, PfmIsReadWithItsFirstRowBelow) {
+  std::string bytes = "PF\n32 24\n-1.0\n";
+  for (int y = 23; y >= 0; --y) {
+    const auto* row = reinterpret_cast<const char*>(&clean.values[size_t(y) * 32 * 3]);
+    bytes.append(row, 32 * 3 * sizeof(float));
+  }
+  write_text(folder / "clean.pfm", bytes);
+  EXPECT_EQ(compare("clean.pfm clean.exr --tolerance 0").exit_code, same);
+}
+
+TEST_F(CompareCommand, PartsAreChosenByNameOrNumber) {
+  const auto output = OIIO::ImageOutput::create("parts.exr");
+  std::vector<OIIO::ImageSpec> specs(2, OIIO::ImageSpec(32, 24, 3, OIIO::TypeDesc::FLOAT));
+  specs[0].attribute("name", "other");
+  specs[1].attribute("name", "beauty");
+  ASSERT_TRUE(output->open((folder / "parts.exr").string(), 2, specs.data()));
+  const std::vector<float> ones(clean.values.size(), 1.0F);
+  ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, ones.data()));
+  ASSERT_TRUE(
+      output->open((folder / "parts.exr").string(), specs[1], OIIO::ImageOutput::AppendSubimage));
+  ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, ones.data()));
+  ASSERT_TRUE(output->close());
+  EXPECT_EQ(compare("parts.exr parts.exr --part beauty").exit_code, same);
+  EXPECT_EQ(compare("parts.exr parts.exr --part 0").exit_code, same);
+  const Result result = compare("parts.exr parts.exr --part alpha");
+  EXPECT_EQ(result.exit_code, trouble);
+  EXPECT_NE(result.output.find("0 'other', 1 'beauty'"), std::string::npos) << result.output;
+}
+
+// Noise and regions
+
+TEST_F(CompareCommand, ReplicatesTellTheNoise) {
+  for (int seed = 1; seed <= 3; ++seed) {
+    Image image = clean;
+    for (size_t i = 0; i < image.values.size(); ++i) {
+      image.values[i] *= 1.0F + 0.01F * float(int((i * 7919 + size_t(seed) * 104729) % 5) - 2);
+    }
+    write_image(image, folder / (std::to_string(seed) + ".exr"));
+  }
+  const std::string options = " --tolerance 1% --replicates 2.exr 3.exr";
+  EXPECT_EQ(compare("1.exr clean.exr" + options).exit_code, different);
+  EXPECT_EQ(compare("1.exr clean.exr --floor 0" + options).exit_code, same);
+  EXPECT_EQ(compare("1.exr clean.exr --floor 0 --tolerance 0 --replicates 2.exr 3.exr").exit_code,
+            inconclusive);
+}
+
+TEST_F(CompareCommand, RegionsHaveTheMasksNames) {
+  Image mask{32, 24, {"R", "G", "B"}, {}, {{"region#FF0000", "red wall"}}};
+  for (int i = 0; i < 32 * 24; ++i) {
+    const float red = i % 32 < 10, blue = i % 32 > 20;
+    mask.values.insert(mask.values.end(), {red, 0.0F, blue});
+  }
+  write_image(mask, folder / "mask.png");
+  Image test = clean;
+  for (size_t i = 0; i < test.values.size(); ++i) test.values[i] *= i / 3 % 32 < 10 ? 1.1F : 1.0F;
+  write_image(test, folder / "test.exr");
+  EXPECT_EQ(compare("test.exr clean.exr --regions mask.png --json result.json").exit_code,
+            different);
+  const auto json = nlohmann::json::parse(text_of(folder / "result.json"));
+  EXPECT_EQ(json["verdict"], "different");
+  ASSERT_EQ(json["regions"].size(), 8U);
+  for (const auto& region : json["regions"]) {
+    const bool is_red = region["region"] == "red wall";
+    EXPECT_TRUE(is_red || region["region"] == "#0000FF") << region;
+    EXPECT_NEAR(region["relativeDifference"].get<double>(), is_red ? 0.1 : 0.0, 1e-6);
+  }
+}
+
+// Maps
+
+TEST_F(CompareCommand, MapShowsLessInBlueAndMoreInRedWithItsScale) {
+  Image test = clean;
+  for (size_t i = 0; i < test.values.size(); ++i) {
+    test.values[i] += i / 3 % 32 < 8 ? -0.05F : i / 3 % 32 > 23 ? 0.05F : 0.0F;
+  }
+  write_image(test, folder / "test.exr");
+  EXPECT_EQ(compare("test.exr clean.exr -o map.png").exit_code, different);
+  const Image map = read_image(folder / "map.png", "", Integers::codes);
+  EXPECT_EQ(metadata_value<std::string>(map.metadata, "scale"), "0.05");
+  const auto code = [&](int x, size_t c) { return map.values[map.pixel(x, 10) * 3 + c]; };
+  EXPECT_GT(code(2, 2), 2 * code(2, 0));
+  EXPECT_EQ(code(15, 0), 1.0F);
+  EXPECT_EQ(code(15, 2), 1.0F);
+  EXPECT_GT(code(30, 0), 2 * code(30, 2));
+}
+
+// Gates
+
+TEST_F(CompareCommand, GateRunsAllPairsAndExpectsSomeToFail) {
+  Image bright = clean;
+  for (float& value : bright.values) value *= 1.02F;
+  write_image(bright, folder / "bright.exr");
+  const std::string good = R"(
+    [[compare]]
+    name = "equal"
+    test = "clean.exr"
+    reference = "clean.exr"
+    tolerance = "0.5%"
+    channels = ["R", "G"]
+    max-outliers = 3
+    [[compare]]
+    test = "bright.exr"
+    reference = "clean.exr"
+    expect = "different"
+  )";
+  write_text(folder / "gate.toml", good);
+  Result result = compare("--gate gate.toml");
+  EXPECT_EQ(result.exit_code, same) << result.output;
+  EXPECT_NE(result.output.find("ok   equal: same"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("ok   bright.exr: different"), std::string::npos) << result.output;
+
+  write_text(folder / "gate.toml",
+             good + "[[compare]]\ntest = 'bright.exr'\nreference = 'clean.exr'\n");
+  EXPECT_EQ(compare("--gate gate.toml").exit_code, different);
+  write_text(
+      folder / "gate.toml",
+      good + "[[compare]]\ntest = 'clean.exr'\nreference = 'clean.exr'\nexpect = 'different'\n");
+  EXPECT_EQ(compare("--gate gate.toml").exit_code, different);
+  write_text(folder / "gate.toml",
+             good + "[[compare]]\ntest = 'missing.exr'\nreference = 'clean.exr'\n");
+  result = compare("--gate gate.toml --junit junit.xml");
+  EXPECT_EQ(result.exit_code, trouble);
+  EXPECT_NE(result.output.find("FAIL missing.exr: trouble: missing.exr: cannot open"),
+            std::string::npos)
+      << result.output;
+  EXPECT_NE(text_of(folder / "junit.xml").find("<error message=\"trouble, not same\">"),
+            std::string::npos);
+}
+
+TEST_F(CompareCommand, BrokenGatesAreTrouble) {
+  const std::pair<std::string, std::string> cases[] = {
+      {"[[compare]", "gate.toml:1"},
+      {"", "no [[compare]]"},
+      {"[[compare]]\ntest = 'clean.exr'\n", "TEST and REFERENCE are required"},
+      {"[[compare]]\ntest = 'clean.exr'\nreference = 'clean.exr'\ncolour = 1\n", "--colour"},
+      {"[[compare]]\ntest = 'clean.exr'\nreference = 'clean.exr'\ntolerance = 'x'\n", "'x'"}};
+  for (const auto& [text, reason] : cases) {
+    write_text(folder / "gate.toml", text);
+    const Result result = compare("--gate gate.toml");
+    EXPECT_EQ(result.exit_code, trouble) << text;
+    EXPECT_NE(result.output.find(reason), std::string::npos) << result.output;
+  }
+}
+
+TEST_F(CompareCommand, ReferencesAreUpdatedOnlyWhenAsked) {
+  Image bright = clean;
+  for (float& value : bright.values) value *= 1.02F;
+  write_image(bright, folder / "bright.exr");
+  const std::string before = text_of(folder / "clean.exr");
+  EXPECT_EQ(compare("bright.exr clean.exr").exit_code, different);
+  EXPECT_EQ(text_of(folder / "clean.exr"), before);
+  const Result result = compare("bright.exr clean.exr --update");
+  EXPECT_EQ(result.exit_code, different);
+  EXPECT_NE(result.output.find("clean.exr is now bright.exr"), std::string::npos) << result.output;
+  EXPECT_EQ(compare("bright.exr clean.exr --tolerance 0").exit_code, same);
+}
+
+}  // namespace
+}  // namespace plumb

@@ -1,0 +1,344 @@
+// What may be relied on when two pictures are compared. The pictures are made of numbers here:
+// pixels with normal, skewed or rare noise, whose variances come from four replicates, as the
+// renderer's do.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+
+#include "compare/comparison.h"
+
+namespace plumb {
+namespace {
+
+using Random = std::mt19937_64;
+using Truth = std::function<double(int x, int y)>;
+using Noise = std::function<double(Random&)>;  // a sample's noise, mean 0
+
+constexpr int side = 64;
+
+double normal(Random& random) { return std::normal_distribution(0.0, 0.5)(random); }
+
+// One sample in a thousand meets a lamp: skewed noise, of which most pixels see nothing.
+double firefly(Random& random) {
+  return 0.1 * (std::bernoulli_distribution(0.001)(random) ? 999.0 : -1.0);
+}
+
+double uniform_truth(int, int) { return 1.0; }
+
+// A picture with the same truth in three channels.
+Picture render(uint64_t seed, int samples, const Truth& truth = uniform_truth,
+               const Noise& noise = normal) {
+  Random random(seed);
+  Picture picture{"test",
+                  {side, side, {"R", "G", "B", "variance.R", "variance.G", "variance.B"}, {}, {}},
+                  {},
+                  {},
+                  {}};
+  picture.degrees_of_freedom = 3;
+  picture.image.metadata = {{"samples", "0:" + std::to_string(samples)}};
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      double mean = 0.0;
+      double squares = 0.0;
+      for (int replicate = 0; replicate < 4; ++replicate) {
+        double sum = 0.0;
+        for (int s = 0; s < samples / 4; ++s) sum += noise(random);
+        const double value = sum / (samples / 4);
+        mean += value / 4;
+        squares += value * value;
+      }
+      const double variance = (squares - 4 * mean * mean) / 12;
+      for (int c = 0; c < 3; ++c) picture.image.values.push_back(float(truth(x, y) + mean));
+      for (int c = 0; c < 3; ++c) picture.image.values.push_back(float(variance));
+    }
+  }
+  return picture;
+}
+
+// Without noise, and without a word about it.
+Picture exact(const Truth& truth) {
+  Picture picture{"test", {side, side, {"R", "G", "B"}, {}, {}}, {}, {}, {}};
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x)
+      picture.image.values.insert(picture.image.values.end(), 3, float(truth(x, y)));
+  }
+  return picture;
+}
+
+Comparison judge(Picture test, Picture reference, const Judgement& judgement = {},
+                 const Regions& regions = {}) {
+  const auto channels = match(test, reference, {}, true);
+  return compare(test, reference, channels, {0, 0, side, side}, regions, judgement);
+}
+
+Judgement tolerating(double relative) {
+  Judgement judgement;
+  judgement.tolerance = {relative, true};
+  return judgement;
+}
+
+const Level& level(const Comparison& comparison, const std::string& name) {
+  for (const Level& level : comparison.levels) {
+    if (level.name == name) return level;
+  }
+  throw std::out_of_range(name);
+}
+
+// The errors
+
+TEST(Errors, FollowTheirFormulas) {
+  Picture test{"test", {2, 1, {"Y"}, {1.5F, 0.0F}, {}}, {}, {}, {}};
+  Picture reference{"reference", {2, 1, {"Y"}, {1.0F, 3.0F}, {}}, {}, {}, {}};
+  match(test, reference, {}, false);
+  const Comparison comparison = compare(test, reference, {"Y"}, {0, 0, 2, 1}, {}, {});
+  const Errors& e = comparison.errors[0];
+  EXPECT_DOUBLE_EQ(comparison.image[0].estimate.difference, -1.25);
+  EXPECT_DOUBLE_EQ(e.mae, (0.5 + 3) / 2);
+  EXPECT_DOUBLE_EQ(e.mse, (0.25 + 9) / 2);
+  EXPECT_DOUBLE_EQ(e.rel_mse, (0.25 / 1.01 + 9 / 9.01) / 2);
+  EXPECT_DOUBLE_EQ(e.smape, (2 * 0.5 / 2.51 + 2 * 3 / 3.01) / 2);
+  EXPECT_DOUBLE_EQ(e.psnr(), 10 * std::log10(9 / e.mse));
+  EXPECT_EQ(e.x, 1);
+  EXPECT_EQ(e.max_test, 0.0);
+  EXPECT_EQ(e.max_reference, 3.0);
+}
+
+TEST(Errors, SquaredErrorIsBiasAndNoise) {
+  const Comparison comparison = judge(render(1, 16, [](int, int) { return 1.05; }), render(2, 64));
+  const Errors& e = comparison.errors[3];
+  // A pixel's mean has the variance 0.25 / samples. The mean of 4096 pixels' squares scatters by
+  // sqrt(2 / 4096) = 2.2 % of it, that of their variances by sqrt(2 / 3 / 4096) = 1.3 %.
+  EXPECT_NEAR(e.bias_squared, 0.05 * 0.05, 0.05 * 2 * 4 * std::sqrt(0.25 * 5 / 64 / 4096));
+  EXPECT_NEAR(e.test_noise, 0.25 / 16, 0.05 * 0.25 / 16);
+  EXPECT_NEAR(e.reference_noise, 0.25 / 64, 0.05 * 0.25 / 64);
+  EXPECT_NEAR(e.mse, e.bias_squared + e.test_noise + e.reference_noise, 0.1 * e.mse);
+}
+
+TEST(Errors, NintyFivePercentIntervalsHoldTheTruthInNinetyFivePercent) {
+  int held = 0;
+  for (uint64_t pair = 0; pair < 200; ++pair) {
+    const Estimate e = judge(render(2 * pair, 4), render(2 * pair + 1, 8)).image[0].estimate;
+    held += std::abs(e.difference) < e.confidence;
+  }
+  EXPECT_NEAR(held, 190, 3.5 * std::sqrt(200 * 0.95 * 0.05));
+}
+
+// The verdict
+
+TEST(CriticalValue, BoundsSumsOfRandomSigns) {
+  // P(|sum of n signs| > c sqrt(n)), exactly, by counting.
+  for (const int n : {2, 10, 50, 64}) {
+    for (const double false_alarm : {0.1, 1e-3, 1e-9}) {
+      const double c = critical_value(false_alarm, 1);
+      double tail = 0.0;
+      for (int plus = 0; plus <= n; ++plus) {
+        if (std::abs(2 * plus - n) <= c * std::sqrt(n)) continue;
+        tail += std::exp(std::lgamma(n + 1) - std::lgamma(plus + 1) - std::lgamma(n - plus + 1) -
+                         n * std::log(2));
+      }
+      EXPECT_LE(tail, false_alarm) << n;
+    }
+  }
+  EXPECT_NEAR(critical_value(1e-3, 100), critical_value(1e-5, 1), 1e-9);
+}
+
+// At the default level, one alarm in a thousand pairs: among 240 a third one is seen with a
+// probability of 0.002. With tolerance 0, the hardest.
+TEST(Verdict, HonestNoiseOfAnyShapeIsNotDifferent) {
+  int alarms = 0;
+  for (uint64_t pair = 0; pair < 240; ++pair) {
+    const Noise& noise = pair % 2 == 0 ? Noise(normal) : Noise(firefly);
+    const int samples = pair % 3 == 0 ? 4 : pair % 3 == 1 ? 16 : 64;
+    const auto comparison = judge(
+        render(2 * pair, samples, uniform_truth, noise),
+        render(2 * pair + 1, pair % 5 == 0 ? 256 : samples, uniform_truth, noise), tolerating(0));
+    alarms += comparison.verdict == Verdict::different;
+  }
+  EXPECT_LE(alarms, 2);
+}
+
+// Half of the pixels are edges, whose replicates often agree by chance and so claim no noise.
+TEST(Verdict, AgreeingReplicatesAreNoProofOfPrecision) {
+  const Noise coin = [](Random& random) { return std::bernoulli_distribution(0.5)(random) - 0.5; };
+  for (uint64_t pair = 0; pair < 40; ++pair) {
+    const auto comparison = judge(render(2 * pair, 4, uniform_truth, coin),
+                                  render(2 * pair + 1, 256, uniform_truth, coin), tolerating(0));
+    EXPECT_NE(comparison.verdict, Verdict::different);
+  }
+}
+
+TEST(Verdict, IsSameWithinTheToleranceDifferentBeyondElseInconclusive) {
+  // The image's mean has a standard error of 0.5 sqrt(2 / 64) / 64 = 0.14 %.
+  const Picture reference = render(1, 64);
+  const auto verdict = [&](double mean, double tolerance) {
+    return judge(render(2, 64, [=](int, int) { return mean; }), reference, tolerating(tolerance))
+        .verdict;
+  };
+  EXPECT_EQ(verdict(1.0, 0.02), Verdict::same);
+  EXPECT_EQ(verdict(1.01, 0.02), Verdict::same);
+  EXPECT_EQ(verdict(1.02, 0.02), Verdict::inconclusive);
+  EXPECT_EQ(verdict(1.03, 0.02), Verdict::different);
+  EXPECT_EQ(verdict(0.97, 0.02), Verdict::different);
+  EXPECT_EQ(verdict(1.0, 0.001), Verdict::inconclusive);
+  EXPECT_EQ(verdict(1.01, 0.001), Verdict::different);
+}
+
+TEST(Verdict, SaysHowManySamplesWouldDecide) {
+  const auto compare_with = [](int samples) {
+    return judge(render(3, samples), render(4, samples), tolerating(0.01));
+  };
+  const Comparison few = compare_with(16);
+  ASSERT_EQ(few.verdict, Verdict::inconclusive);
+  EXPECT_GT(few.samples_factor, 1.0);
+  const int enough = 4 * int(std::ceil(16 * few.samples_factor / 4));
+  EXPECT_EQ(compare_with(enough).verdict, Verdict::same);
+  EXPECT_EQ(compare_with(enough).samples_factor, 1.0);
+}
+
+TEST(Verdict, BiasThatItClaimsToSeeIsSeen) {
+  const double visible =
+      level(judge(render(1, 16), render(2, 16), tolerating(0.01)), "image").visible;
+  int seen = 0;
+  for (uint64_t pair = 10; pair < 50; ++pair) {
+    const auto comparison = judge(render(2 * pair, 16, [=](int, int) { return 1 + visible; }),
+                                  render(2 * pair + 1, 16), tolerating(0.01));
+    seen += level(comparison, "image").different > 0;
+  }
+  EXPECT_GE(seen, 34);  // of 40, with 95 % each: fewer in 1 % of all cases
+}
+
+// Places
+
+TEST(Places, BrighterBlockIsFoundWhereItIs) {
+  const auto comparison =
+      judge(render(1, 64, [](int x, int y) { return x / 8 == 3 && y / 8 == 5 ? 1.2 : 1.0; }),
+            render(2, 64));
+  EXPECT_EQ(comparison.verdict, Verdict::different);
+  const Level& blocks = level(comparison, "block");
+  EXPECT_EQ(blocks.different, 1);
+  EXPECT_EQ(blocks.units, 64);
+  EXPECT_EQ(blocks.worst.front().window.x, 24);
+  EXPECT_EQ(blocks.worst.front().window.y, 40);
+}
+
+TEST(Places, SpotIsFoundWhereItIs) {
+  const auto comparison =
+      judge(render(1, 64, [](int x, int y) { return x / 3 == 7 && y / 3 == 5 ? 3.0 : 1.0; }),
+            render(2, 64));
+  EXPECT_EQ(comparison.verdict, Verdict::different);
+  const Level& pixels = level(comparison, "pixel");
+  EXPECT_EQ(pixels.different, 9);
+  EXPECT_EQ(pixels.worst.front().window.x / 3, 7);
+  EXPECT_EQ(pixels.worst.front().window.y / 3, 5);
+}
+
+// Dark and 5 % too bright, beside a brighter region that is right.
+TEST(Places, RegionsAreJudgedByTheirOwnMeans) {
+  Regions regions{{"left", "right"}, {}};
+  for (int i = 0; i < side * side; ++i) {
+    const int x = i % side;
+    regions.of_pixel.push_back(x < 10 ? 0 : x < 60 ? 1 : -1);
+  }
+  const auto comparison = judge(render(1, 1024, [](int x, int) { return x < 10 ? 0.21 : 1.0; }),
+                                render(2, 1024, [](int x, int) { return x < 10 ? 0.2 : 1.0; }),
+                                tolerating(0.02), regions);
+  EXPECT_EQ(comparison.verdict, Verdict::different);
+  EXPECT_EQ(level(comparison, "image").different, 0);
+  EXPECT_EQ(level(comparison, "block").different, 0);
+  ASSERT_EQ(comparison.regions.size(), 8U);  // R G B all
+  for (const Finding& f : comparison.regions) {
+    EXPECT_EQ(f.estimate.verdict, f.name == "left" ? Verdict::different : Verdict::same);
+    EXPECT_NEAR(f.estimate.difference, f.name == "left" ? 0.01 : 0.0,
+                4 * f.estimate.standard_error);
+  }
+}
+
+TEST(Places, OnlyTheWindowCounts) {
+  Picture test = exact([](int x, int) { return x < 32 ? 1.0 : 5.0; });
+  Picture reference = exact(uniform_truth);
+  const auto channels = match(test, reference, {}, false);
+  EXPECT_EQ(compare(test, reference, channels, {3, 4, 29, 50}, {}, {}).verdict, Verdict::same);
+  EXPECT_EQ(compare(test, reference, channels, {3, 4, 30, 50}, {}, {}).verdict, Verdict::different);
+}
+
+// Noise that is not in the file
+
+TEST(UnknownNoise, MakesAPlainCheckOfEveryPixel) {
+  const auto one_off = [](double by) {
+    return exact([=](int x, int y) { return x == 5 && y == 6 ? 1.0 + by : 1.0; });
+  };
+  const auto near = judge(one_off(0.009), exact(uniform_truth));
+  EXPECT_FALSE(near.knows_noise);
+  EXPECT_EQ(near.verdict, Verdict::same);
+  const auto far = judge(one_off(0.011), exact(uniform_truth));
+  EXPECT_EQ(far.verdict, Verdict::different);
+  EXPECT_EQ(level(far, "pixel").worst.front().window.x, 5);
+  EXPECT_EQ(judge(render(1, 64), exact(uniform_truth)).verdict, Verdict::different);
+}
+
+TEST(UnknownNoise, OutliersMayBeAllowed) {
+  const Picture test = exact([](int x, int y) { return x == 5 && y < 3 ? 2.0 : 1.0; });
+  Judgement judgement;
+  judgement.max_outliers = 2;
+  EXPECT_EQ(judge(test, exact(uniform_truth), judgement).verdict, Verdict::different);
+  judgement.max_outliers = 3;
+  EXPECT_EQ(judge(test, exact(uniform_truth), judgement).verdict, Verdict::same);
+}
+
+TEST(UnknownNoise, FloorStandsInForIt) {
+  Judgement judgement = tolerating(0.02);
+  judgement.floor = Amount{0.005, true};
+  const auto verdict = [&](double mean) {
+    return judge(render(1, 256, [=](int, int) { return mean; }), exact(uniform_truth), judgement)
+        .verdict;
+  };
+  EXPECT_EQ(verdict(1.01), Verdict::same);
+  EXPECT_EQ(verdict(1.022), Verdict::inconclusive);
+  EXPECT_EQ(verdict(1.03), Verdict::different);
+}
+
+// Unfit pictures
+
+std::string refusal(Picture test, Picture reference,
+                    const std::vector<std::string>& channels = {}) {
+  try {
+    match(test, reference, channels, false);
+  } catch (const ImageError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Poison, OneBadValueAnywhereIsRefusedWithItsPlace) {
+  const Picture clean = render(1, 4, [](int, int) { return 9.0; });
+  for (const float bad :
+       {std::numeric_limits<float>::quiet_NaN(), -1e-30F, std::numeric_limits<float>::infinity()}) {
+    for (const size_t channel : {0U, 2U, 4U}) {
+      Picture poisoned = clean;
+      poisoned.image.values[poisoned.image.pixel(63, 5) * 6 + channel] = bad;
+      EXPECT_NE(refusal(poisoned, clean).find("is at 63,5 in " + clean.image.channels[channel]),
+                std::string::npos);
+      EXPECT_NE(refusal(clean, poisoned), "accepted");
+      EXPECT_NE(refusal(poisoned, poisoned), "accepted");
+    }
+  }
+}
+
+TEST(Poison, OtherSizesAndChannelsAreRefused) {
+  const Picture clean = render(1, 4, [](int, int) { return 9.0; });
+  Picture other = clean;
+  other.image.width /= 2;
+  other.image.height *= 2;
+  EXPECT_NE(refusal(other, clean).find("32 x 128"), std::string::npos);
+  other = clean;
+  other.image.channels[1] = "A";
+  EXPECT_NE(refusal(other, clean).find("channels A B R"), std::string::npos);
+  EXPECT_EQ(refusal(other, clean, {"R", "B"}), "accepted");
+  EXPECT_NE(refusal(other, clean, {"G"}).find("no channel G"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace plumb
