@@ -6,22 +6,25 @@ packages := g++ cmake ninja-build pkg-config libboost-math-dev libcli11-dev libf
   libgtest-dev libbenchmark-dev
 
 # Programs that render the same scenes.
-programs := povray blender python3
+programs := povray blender python3 openimageio-tools
 
 scenes := cornell seed
 
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps build test report bench exports lamp-sampling \
+.PHONY: help deps build test gate report bench exports references check-references lamp-sampling \
   pictures clean
 
 help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
 	@echo "make build   build/plumb"
 	@echo "make test    builds and runs all tests"
+	@echo "make gate    holds pictures rendered now against the stored ones of other programs"
 	@echo "make report  renders the reference scenes into out/"
 	@echo "make bench   measures the renderer's speed and noise"
+	@echo "make references        renders the stored ground truth with all programs (40 minutes)"
+	@echo "make check-references  compares what the installed programs draw today with it"
 	@echo "make exports           writes the scenes for POV-Ray and Blender anew"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
 	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
@@ -52,6 +55,14 @@ build: deps
 test: build
 	ctest --test-dir build --output-on-failure -j$(jobs)
 
+gate: build
+	@mkdir -p out/gate
+	build/plumb render reference_scenes/cornell/scene.xml --spp 1024 -o out/gate/cornell.exr
+	build/plumb render reference_scenes/seed/scene.xml --spp 1024 -o out/gate/seed.exr
+	build/plumb render reference_scenes/cornell/scene.xml --spp 1024 --bounces 0:5 \
+	  -o out/gate/cornell_five_bounces.exr
+	build/plumb compare --gate tests/gate.toml --junit out/gate/results.xml
+
 report: build
 	@mkdir -p out
 	build/plumb render reference_scenes/cornell/scene.xml --spp 1024 -o out/cornell.exr -o out/cornell.png
@@ -67,6 +78,12 @@ exports: build
 	  build/plumb export $$folder/scene.xml --to povray -o $$folder/$$scene.pov || exit; \
 	  build/plumb export $$folder/scene.xml --to cycles -o $$folder/$$scene.py || exit; \
 	done
+
+references: exports
+	python3 reference_scenes/references.py make build/plumb
+
+check-references: build
+	python3 reference_scenes/references.py check build/plumb
 
 lamp-sampling: build
 	build/lamp_sampling

@@ -63,7 +63,7 @@ double relative_mse(const std::vector<float>& mean, const Truth& r) {
   double count = 0.0;
   for (size_t i = 0; i < mean.size(); ++i) {
     if (r.sees_lamp[i]) continue;
-    const double expected = double{r.mean[i]};
+    const auto expected = double{r.mean[i]};
     const double difference = double{mean[i]} - expected;
     sum += (difference * difference - double{r.variance[i]}) / (expected * expected + 1e-2);
     count += 1.0;
@@ -116,7 +116,8 @@ void measure_program(benchmark::State& state, const std::string& name, Program p
                            std::filesystem::temp_directory_path() / "render_bench.log",
                            {[](const std::string&) {}, never});
       state.SetIterationTime(reference.wall_seconds);
-      const double samples = double(r.mean.size()) / 3.0 * reference.samples_per_pixel;
+      const auto pixels = static_cast<double>(r.mean.size()) / 3.0;
+      const double samples = pixels * reference.samples_per_pixel;
       const double error = seeds * relative_mse(rgb(reference.image), r);
       state.counters["Msamples/s"] = samples / 1e6 / reference.wall_seconds;
       state.counters["relMSE"] = error;
@@ -149,7 +150,9 @@ void add_rows() {
   }
   for (const char* scene : {"cornell", "seed"}) {
     for (const auto& [name, program] : programs) {
-      const auto run = [=](benchmark::State& state) { measure_program(state, scene, program); };
+      const auto run = [=, which = program](benchmark::State& state) {
+        measure_program(state, scene, which);
+      };
       benchmark::RegisterBenchmark(fmt::format("{}/{}", scene, name).c_str(), run)
           ->Iterations(1)
           ->UseManualTime();

@@ -33,10 +33,10 @@ std::string host(int most_threads) {
 Image to_image(const Film& film, bool is_part) {
   // Three channels each: "variance." + "R", ...
   std::vector<std::pair<std::string, std::vector<float>>> layers{{"", film.mean()}};
-  if (film.knows_variance()) layers.push_back({"variance.", film.variance()});
+  if (film.knows_variance()) layers.emplace_back("variance.", film.variance());
   for (int r = 0; is_part && r < Film::replicates; ++r) {
     if (film.samples_per_replicate()[size_t(r)] == 0) continue;
-    layers.push_back({replicate_prefix(r), film.replicate_mean(r)});
+    layers.emplace_back(replicate_prefix(r), film.replicate_mean(r));
   }
 
   Image image{film.width(), film.height(), {}, {}, {}};

@@ -20,6 +20,7 @@ namespace {
 pid_t start(const std::vector<std::string>& command, const std::filesystem::path& folder,
             const std::filesystem::path& log) {
   std::vector<char*> arguments;
+  arguments.reserve(command.size() + 1);
   for (const std::string& argument : command) {
     arguments.push_back(const_cast<char*>(argument.c_str()));  // posix_spawnp() doesn't write
   }

@@ -31,7 +31,7 @@ void write_text(const fs::path& file, std::string_view text) {
 
 fs::path write_both(const fs::path& file, std::string_view scene, const char* include_name,
                     std::string_view include_text) {
-  const fs::path include = fs::path(file).replace_filename(include_name);
+  fs::path include = fs::path(file).replace_filename(include_name);
   if (include == file) {
     throw std::runtime_error(fmt::format("{}: is the name of its include", file.string()));
   }

@@ -152,7 +152,7 @@ class RegionFinder {
 
   // The name of the region that the pixel is in, or nothing.
   std::string of_pixel(int x, int y) const {
-    const std::string name = at(x, y);
+    std::string name = at(x, y);
     for (int i = 0; i <= steps; ++i) {
       for (int j = 0; j <= steps; ++j) {
         if (at(x + i / double{steps}, y + j / double{steps}) != name) return "";
@@ -184,7 +184,8 @@ class RegionFinder {
 }  // namespace
 
 RegionMask region_mask(const Scene& scene, RegionKind kind) {
-  const auto [width, height] = std::pair(scene.camera.width, scene.camera.height);
+  const int width = scene.camera.width;
+  const int height = scene.camera.height;
   const RegionFinder finder(scene, kind);
   std::vector<std::string> names(size_t(width) * size_t(height));
   tbb::parallel_for(0, height, [&](int y) {

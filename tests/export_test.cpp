@@ -23,10 +23,9 @@ std::string text_of(const fs::path& file) {
 }
 
 fs::path fresh_folder() {
-  const fs::path folder =
-      fs::temp_directory_path() /
-      ("plumb_export_" +
-       std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+  fs::path folder = fs::temp_directory_path() /
+                    ("plumb_export_" +
+                     std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
   fs::remove_all(folder);
   fs::create_directories(folder);
   return folder;

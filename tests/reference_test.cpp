@@ -24,10 +24,9 @@ constexpr const char* cornell = PLUMB_SCENES "/cornell/scene.xml";
 const std::atomic<bool> never{false};
 
 fs::path fresh_folder() {
-  const fs::path folder =
-      fs::temp_directory_path() /
-      ("plumb_reference_" +
-       std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+  fs::path folder = fs::temp_directory_path() /
+                    ("plumb_reference_" +
+                     std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
   fs::remove_all(folder);
   fs::create_directories(folder);
   return folder;

@@ -27,7 +27,7 @@ Scene floor_from_above(int size) {
 }
 
 std::string region_at(const Scene& scene, const RegionMask& mask, int x, int y) {
-  const int region = mask.regions[size_t(y * scene.camera.width + x)];
+  const int region = mask.regions[size_t(y) * size_t(scene.camera.width) + size_t(x)];
   return region < 0 ? "" : mask.names[size_t(region)];
 }
 
