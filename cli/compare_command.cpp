@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <toml++/toml.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -8,13 +9,13 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <pugixml.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "cli/commands.h"
-#include "cli/gate.h"
 #include "cli/names.h"
 #include "compare/comparison.h"
 #include "compare/maps.h"
@@ -25,8 +26,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const Words<MapKind> map_words{
-    {"difference", MapKind::difference}, {"z", MapKind::z}, {"blocks", MapKind::blocks}};
+const Words<MapKind> map_words{{"difference", MapKind::difference},
+                               {"z", MapKind::z},
+                               {"blocks", MapKind::blocks},
+                               {"flip", MapKind::flip}};
+const Words<FlipKind> flip_words{{"ldr", FlipKind::ldr}, {"hdr", FlipKind::hdr}};
 
 struct Options {
   std::string test, reference;
@@ -39,6 +43,7 @@ struct Options {
   Judgement judgement;
   std::string json, markdown, map;
   MapKind map_kind = MapKind::difference;
+  std::optional<FlipKind> flip;
   bool update = false;
   std::string gate, junit;
 };
@@ -103,7 +108,11 @@ void add_options(CLI::App& command, Options& options) {
       "Picture of the differences: blue where the reference\nhas more, red where it has less");
   add_option(command, "--map", "KIND", options.map_kind, one_of(map_words),
              "What --output shows: difference (default), z (in standard\n"
-             "deviations of a pixel) or blocks (in those of 8x8 means)");
+             "deviations of a pixel), blocks (in those of 8x8 means)\n"
+             "or flip (white 0, red 1)");
+  add_option(command, "--flip", "RANGE", options.flip, one_of(flip_words),
+             "Also tell how different they look: radiance from 0 to 1\n"
+             "on a display (ldr), or at all exposures (hdr)");
   command.add_flag("--update", options.update,
                    "Overwrite REFERENCE with TEST unless they are the same");
 }
@@ -118,13 +127,6 @@ std::string notes(const Picture& picture) {
   return text;
 }
 
-Picture read(const std::string& side, const std::string& file,
-             const std::vector<std::string>& replicates, const std::string& part) {
-  std::vector<std::string> files = {file};
-  files.insert(files.end(), replicates.begin(), replicates.end());
-  return read_picture(side, files, part);
-}
-
 void write_text(const std::string& text, const std::string& file) {
   if (file.empty()) return;
   if (file == "-") return fmt::print("{}", text);
@@ -133,39 +135,46 @@ void write_text(const std::string& text, const std::string& file) {
   if (!stream.flush()) throw std::runtime_error(file + ": cannot write");
 }
 
-Regions regions_for(const Options& options, const Image& image) {
-  if (options.regions.empty()) return {};
-  return read_regions(options.regions, image.width, image.height);
-}
-
-Window window_for(const Options& options, const Image& image) {
-  const Window w = options.crop.value_or(Window{0, 0, image.width, image.height});
-  if (w.width > image.width - w.x || w.height > image.height - w.y) {
-    throw std::invalid_argument("--crop reaches beyond the picture");
+void write_reports(const Options& options, const std::string& json, const std::string& report) {
+  std::string picture;  // for Markdown, as seen from its file
+  if (!options.map.empty() && !options.markdown.empty()) {
+    const fs::path folder = fs::absolute(options.markdown).parent_path();
+    picture = fmt::format("\n![map]({})\n", fs::proximate(options.map, folder).string());
   }
-  return w;
+  write_text(report + picture, options.markdown);
+  write_text(json, options.json);
 }
 
 // Compares, writes all that is asked for, and gives the verdict with its reason.
 std::pair<Verdict, std::string> compare_files(const Options& options, std::string& report) {
   if (options.reference.empty()) throw std::invalid_argument("TEST and REFERENCE are required");
-  Picture test = read("test", options.test, options.test_replicates, options.part);
-  Picture reference =
-      read("reference", options.reference, options.reference_replicates, options.part);
+  const auto read = [&](const std::string& side, const std::string& file, auto replicates) {
+    replicates.insert(replicates.begin(), file);
+    return read_picture(side, replicates, options.part);
+  };
+  Picture test = read("test", options.test, options.test_replicates);
+  Picture reference = read("reference", options.reference, options.reference_replicates);
   const auto channels = match(test, reference, options.channels, options.negative);
   Judgement judgement = options.judgement;
   const auto floor = metadata_value<double>(reference.image.metadata, "floor");
   if (floor && !judgement.floor) judgement.floor = Amount{*floor};
-  const Window window = window_for(options, test.image);
-  const Comparison comparison =
-      compare(test, reference, channels, window, regions_for(options, test.image), judgement);
+  const Image& image = test.image;
+  const Window window = options.crop.value_or(Window{0, 0, image.width, image.height});
+  if (window.width > image.width - window.x || window.height > image.height - window.y) {
+    throw std::invalid_argument("--crop reaches beyond the picture");
+  }
+  Regions regions;
+  if (!options.regions.empty()) {
+    regions = read_regions(options.regions, image.width, image.height);
+  }
+  Comparison comparison = compare(test, reference, channels, window, regions, judgement);
+  if (options.flip) comparison.flip = flip(*options.flip, test, reference, window);
   const Subject subject{options.test, options.reference, notes(test) + notes(reference),
                         test.samples_per_pixel()};
   report = to_text(comparison, subject);
-  write_text(report, options.markdown);
-  if (!options.json.empty()) write_text(to_json(comparison, subject).dump(2) + "\n", options.json);
+  write_reports(options, to_json(comparison, subject).dump(2) + "\n", report);
   if (!options.map.empty()) {
-    write_image(draw_map(options.map_kind, test, reference, window), options.map);
+    write_image(draw_map(options.map_kind, test, reference, window, comparison.flip), options.map);
   }
   if (options.update && comparison.verdict != Verdict::same) {
     fs::copy_file(options.test, options.reference, fs::copy_options::overwrite_existing);
@@ -180,28 +189,107 @@ int exit_code_of(const std::string& verdict) {
   return verdict == "inconclusive" ? 3 : 2;
 }
 
+// A comparison in a gate file, and how it ended:
+//   [[compare]]
+//   test = "out/cornell.exr"              # relative to the gate file
+//   reference = "references/cornell.exr"
+//   tolerance = "0.5%"                    # any option of 'plumb compare', without its dashes
+//   name = "Cornell box"                  # default: the test's file name
+//   expect = "different"                  # for a companion that must fail; default: "same"
+struct Entry {
+  std::string name, expected;
+  std::vector<std::string> arguments;  // of 'plumb compare'
+  std::string verdict, text;           // or "trouble", and why
+  double seconds = 0;
+};
+
+// A value of the file as words of the command line.
+void add_words(const toml::node& node, std::vector<std::string>& words) {
+  if (const auto* list = node.as_array()) {
+    for (const toml::node& item : *list) add_words(item, words);
+  } else if (const auto text = node.value<std::string>()) {
+    words.push_back(*text);
+  } else {
+    std::ostringstream stream;
+    node.visit([&](const auto& value) { stream << value; });
+    words.push_back(stream.str());
+  }
+}
+
+Entry read_entry(const toml::table& table) {
+  const std::string test = table["test"].value_or("");
+  Entry entry;
+  entry.name = table["name"].value_or(test);
+  entry.expected = table["expect"].value_or("same");
+  entry.arguments = {test, table["reference"].value_or("")};
+  for (const auto& [key, node] : table) {
+    const std::string_view name = key.str();
+    if (name == "test" || name == "reference" || name == "name" || name == "expect") continue;
+    if (node.is_boolean() && !node.value_or(true)) continue;
+    entry.arguments.push_back(fmt::format("--{}", name));
+    if (!node.is_boolean()) add_words(node, entry.arguments);
+  }
+  std::ranges::reverse(entry.arguments);  // as CLI11 wants them
+  return entry;
+}
+
+// Throws std::runtime_error with the place of what is wrong.
+std::vector<Entry> read_gate(const std::string& file) try {
+  const toml::table gate = toml::parse_file(file);
+  std::vector<Entry> entries;
+  if (const auto* list = gate["compare"].as_array()) {
+    for (const toml::node& node : *list) {
+      if (const auto* table = node.as_table()) entries.push_back(read_entry(*table));
+    }
+  }
+  if (entries.empty()) throw std::runtime_error(file + ": no [[compare]] in it");
+  return entries;
+} catch (const toml::parse_error& error) {
+  throw std::runtime_error(
+      fmt::format("{}:{}: {}", file, error.source().begin.line, error.description()));
+}
+
+// JUnit's XML, as CI servers read it.
+std::string to_junit(const std::vector<Entry>& entries) {
+  pugi::xml_document document;
+  pugi::xml_node suite = document.append_child("testsuite");
+  suite.append_attribute("name") = "plumb compare";
+  suite.append_attribute("tests") = entries.size();
+  for (const Entry& entry : entries) {
+    pugi::xml_node test = suite.append_child("testcase");
+    test.append_attribute("name") = entry.name.c_str();
+    test.append_attribute("time") = entry.seconds;
+    if (entry.verdict == entry.expected) continue;
+    pugi::xml_node failure = test.append_child(entry.verdict == "trouble" ? "error" : "failure");
+    failure.append_attribute("message") =
+        fmt::format("{}, not {}", entry.verdict, entry.expected).c_str();
+    failure.text() = entry.text.c_str();
+  }
+  std::ostringstream stream;
+  document.save(stream, "  ");
+  return stream.str();
+}
+
 // Runs an entry as its own command line.
 void run(Entry& entry, bool update) {
-  Outcome& outcome = entry.outcome;
   const auto start = std::chrono::steady_clock::now();
   std::string report;
   try {
     Options options;
     CLI::App command;
     add_options(command, options);
-    std::ranges::reverse(entry.arguments);  // as CLI11 wants them
     command.parse(entry.arguments);
-    options.update = update && outcome.expected == "same";
+    options.update = update && entry.expected == "same";
     const auto [verdict, text] = compare_files(options, report);
-    outcome.verdict = to_string(verdict);
-    outcome.text = text;
+    entry.verdict = to_string(verdict);
+    entry.text = text;
   } catch (const std::exception& error) {
-    outcome.verdict = "trouble";
-    outcome.text = fmt::format("trouble: {}\n", error.what());
+    entry.verdict = "trouble";
+    entry.text = fmt::format("trouble: {}\n", error.what());
   }
-  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  fmt::print("{} {}: {}\n", outcome.verdict == outcome.expected ? "ok  " : "FAIL", outcome.name,
-             outcome.text.substr(0, outcome.text.find('\n')));
+  entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  fmt::print("{} {}: {}\n", entry.verdict == entry.expected ? "ok  " : "FAIL", entry.name,
+             entry.text.substr(0, entry.text.find('\n')));
 }
 
 // 0 if all ended as expected, else the worst outcome's code: trouble, different, inconclusive.
@@ -209,17 +297,15 @@ int run_gate(const Options& options) {
   std::vector<Entry> entries = read_gate(options.gate);
   const std::string junit = options.junit.empty() ? "" : fs::absolute(options.junit).string();
   fs::current_path(fs::absolute(options.gate).parent_path());
-  std::vector<Outcome> outcomes;
   int code = 0;
   for (Entry& entry : entries) {
     run(entry, options.update);
-    outcomes.push_back(entry.outcome);
-    if (entry.outcome.verdict == entry.outcome.expected) continue;
-    const int own = std::max(1, exit_code_of(entry.outcome.verdict));
+    if (entry.verdict == entry.expected) continue;
+    const int own = std::max(1, exit_code_of(entry.verdict));
     const auto gravity = [](int exit_code) { return std::array{0, 2, 3, 1}[size_t(exit_code)]; };
     if (gravity(own) > gravity(code)) code = own;
   }
-  write_text(to_junit(outcomes), junit);
+  write_text(to_junit(entries), junit);
   return code;
 }
 

@@ -15,14 +15,6 @@ namespace {
 constexpr size_t findings_kept = 10;
 constexpr int neighbourhood = 4;  // pixels to each side whose noise a pixel may share
 
-// 0 if there are no values.
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 // The test's variance over the reference's in the typical block, for one channel.
 double noise_ratio(const Sums& sums, size_t channel) {
   std::vector<double> ratios;
@@ -169,6 +161,31 @@ class Judge {
     result_.levels.push_back(level);
   }
 
+  void find_fireflies(const Sums& sums, const Window& window) {
+    const size_t all = criteria_.size() - 1;
+    std::vector<double> typical;
+    for (size_t i = all; i < sums.blocks.size(); i += all + 1) {
+      typical.push_back(sums.blocks[i].squares / sums.blocks[i].pixels);
+    }
+    const double tolerated = criteria_[all].tolerance + criteria_[all].floor;
+    const double least = std::max(64.0 * median(typical), tolerated * tolerated);
+    Pool rest = sums.image[all];
+    for (size_t i = all; i < sums.blocks.size(); i += all + 1) {
+      if (sums.blocks[i].squares <= least) continue;
+      const Window w = block_window(window, static_cast<int>(i / (all + 1)));
+      for (int j = 0; j < w.width * w.height; ++j) {
+        const Sample s = sample_at(w.x + j % w.width, w.y + j / w.width, all);
+        const double square = s.difference() * s.difference();
+        if (square <= std::max(least, sums.blocks[i].squares / 2.0)) continue;
+        ++result_.fireflies;
+        rest.add(s, test_, reference_, -1.0);
+      }
+    }
+    if (rest.pixels == 0.0) return;
+    result_.without_fireflies = criteria_[all].estimate(rest, critical_for(1));
+    result_.without_fireflies.confidence = result_.knows_noise ? confidence(rest) : 0.0;
+  }
+
   // The verdict, and what would decide it.
   void conclude() {
     bool is_different = false;
@@ -274,6 +291,7 @@ Comparison compare(const Picture& test, const Picture& reference,
   judge.judge_pools("region", sums.regions, name_region, &result.regions);
   if (result.knows_noise) judge.judge_pools("block", sums.blocks, locate_block, nullptr);
   judge.judge_pixels(window);
+  judge.find_fireflies(sums, window);
   result.errors.push_back(mean(result.errors));
   judge.conclude();
   return result;

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "compare/equivalence.h"
+#include "compare/flip.h"
 #include "compare/picture.h"
-#include "compare/regions.h"
 #include "compare/sums.h"
 
 namespace plumb {
@@ -69,6 +69,9 @@ struct Comparison {
   std::vector<Level> levels;
   Verdict verdict = Verdict::inconclusive;
   double samples_factor = 1;  // how many times the samples would decide it
+  int64_t fireflies = 0;      // pixels that outshine their surroundings
+  Estimate without_fireflies;
+  std::optional<Flip> flip;  // left to the caller: it judges nothing
 };
 
 // The pictures are matched already; `regions` may be empty.
@@ -77,6 +80,9 @@ struct Comparison {
 // allowed, differ by more than the tolerance, noise and number of tests being allowed for. It is
 // "same" if the image's and all regions' averages surely differ by less. Where the noise of either
 // picture is not known and no floor is stated, every pixel is held against the tolerance instead.
+//
+// A firefly is a pixel that differs by more than the tolerance, with more than half of its block's
+// squared differences and 64 times the mean one of the typical block.
 Comparison compare(const Picture& test, const Picture& reference,
                    const std::vector<std::string>& channels, const Window& window,
                    const Regions& regions, const Judgement& judgement);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <stdexcept>
 #include <string_view>
 
 namespace plumb {
@@ -64,44 +65,42 @@ double round_scale(std::vector<double> values) {
   return 10.0 * power;
 }
 
-// Mean difference over its standard deviation (1 for `difference`).
+// Of the mean over the channels in a unit.
 double value(MapKind kind, const Picture& test, const Picture& reference, const Window& w) {
-  double difference = 0.0;
-  double variance = 0.0;
+  Pool pool;
   for (int y = w.y; y < w.y + w.height; ++y) {
     for (int x = w.x; x < w.x + w.width; ++x) {
-      double deviation = 0.0;  // channels may be correlated: see sums.cpp
-      for (size_t c = 0; c < test.values.size(); ++c) {
-        const Sample s = sample(test, reference, test.image.pixel(x, y), c);
-        difference += s.difference();
-        deviation += std::sqrt(s.test_variance + s.reference_variance);
-      }
-      variance += deviation * deviation;
+      const size_t pixel = test.image.pixel(x, y);
+      pool.add(sample(test, reference, pixel, test.values.size()), test, reference);
     }
   }
-  if (kind == MapKind::difference) return difference / static_cast<double>(test.values.size());
+  const double difference = pool.test - pool.reference;
+  const double variance = pool.test_variance + pool.reference_variance;
+  if (kind == MapKind::difference) return difference;
   return variance > 0.0 ? difference / std::sqrt(variance) : 0.0;
 }
 
 }  // namespace
 
-Image draw_map(MapKind kind, const Picture& test, const Picture& reference, const Window& window) {
+Image draw_map(MapKind kind, const Picture& test, const Picture& reference, const Window& window,
+               const std::optional<Flip>& flip) {
+  const bool is_flip = kind == MapKind::flip;
+  if (is_flip && !flip) throw std::invalid_argument("--map flip needs --flip ldr or hdr");
   const int step = kind == MapKind::blocks ? block_side : 1;
+  const auto place = [&](int x, int y) { return size_t(y) * size_t(window.width) + size_t(x); };
   std::vector<double> values;
-  for (int y = 0; y < window.height; ++y) {
+  if (is_flip) values.assign(flip->map.begin(), flip->map.end());
+  for (int y = 0; !is_flip && y < window.height; ++y) {
     for (int x = 0; x < window.width; ++x) {
       const int u = x / step * step;
       const int v = y / step * step;
       const Window unit{window.x + u, window.y + v, std::min(step, window.width - u),
                         std::min(step, window.height - v)};
       const bool is_drawn = x == u && y == v;  // else it is as the unit's first pixel
-      values.push_back(is_drawn
-                           ? value(kind, test, reference, unit)
-                           : values[static_cast<size_t>(v) * static_cast<size_t>(window.width) +
-                                    static_cast<size_t>(u)]);
+      values.push_back(is_drawn ? value(kind, test, reference, unit) : values[place(u, v)]);
     }
   }
-  const double scale = kind == MapKind::difference ? round_scale(values) : 5.0;
+  const double scale = is_flip ? 1.0 : kind == MapKind::difference ? round_scale(values) : 5.0;
   const std::string number = fmt::format("{:g}", scale);
   Image image{std::max(window.width, least_width),
               window.height + bar_height,
@@ -111,19 +110,17 @@ Image draw_map(MapKind kind, const Picture& test, const Picture& reference, cons
   image.values.assign(image.pixel(0, image.height) * 3, 1.0F);
   for (int y = 0; y < window.height; ++y) {
     for (int x = 0; x < window.width; ++x) {
-      set(image, x, y,
-          diverging(values[static_cast<size_t>(y) * static_cast<size_t>(window.width) +
-                           static_cast<size_t>(x)] /
-                    scale));
+      set(image, x, y, diverging(values[place(x, y)] / scale));
     }
   }
+  const double least = is_flip ? 0.0 : -1.0;
   for (int x = 0; x < image.width; ++x) {
     for (int y = window.height + 1; y < image.height; ++y)
-      set(image, x, y, diverging(2.0 * x / (image.width - 1) - 1.0));
+      set(image, x, y, diverging(least + (1.0 - least) * x / (image.width - 1)));
   }
   const int text = window.height + 3;
-  write(image, 2, text, "-" + number);
-  write(image, image.width / 2 - 1, text, "0");
+  write(image, 2, text, is_flip ? "0" : "-" + number);
+  if (!is_flip) write(image, image.width / 2 - 1, text, "0");
   write(image, image.width - 4 * static_cast<int>(number.size() + 1) - 1, text, "+" + number);
   return image;
 }

@@ -1,5 +1,5 @@
 // One side of a comparison: a picture from anyone's file, checked, with its noise where it is
-// known.
+// known; and named parts of it.
 #pragma once
 
 #include <cstddef>
@@ -42,5 +42,20 @@ Picture read_picture(const std::string& side, const std::vector<std::string>& fi
 // value is not a finite number or, unless `negative` allows it, negative.
 std::vector<std::string> match(Picture& test, Picture& reference,
                                const std::vector<std::string>& wanted, bool negative);
+
+// Pixels x to x + width - 1, y to y + height - 1.
+struct Window {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
+struct Regions {
+  std::vector<std::string> names;
+  std::vector<int> of_pixel;  // index of its name, -1 for none; empty if there are no regions
+};
+
+// Reads a mask: a colour for each region, black for none. A region's name is the picture's text
+// "plumbline:region#RRGGBB" or else "#RRGGBB", the colour's sRGB codes. Throws ImageError, also if
+// the mask is not of this size.
+Regions read_regions(const std::filesystem::path& mask, int width, int height);
 
 }  // namespace plumb

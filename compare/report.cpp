@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace plumb {
@@ -56,33 +57,66 @@ Row row(const Finding& f) {
           bias(f.estimate)};
 }
 
+// The errors' names for programs and for people.
+struct Field {
+  const char* key;
+  const char* title;
+  double value;
+};
+std::vector<Field> fields(const Errors& e) {
+  const double rest = e.mse - e.bias_squared - e.test_noise - e.reference_noise;
+  return {{"mae", "MAE", e.mae},
+          {"rmse", "RMSE", std::sqrt(e.mse)},
+          {"relMse", "relMSE", e.rel_mse},
+          {"smape", "SMAPE", e.smape},
+          {"psnr", "PSNR", e.psnr()},
+          {"mse", "MSE", e.mse},
+          {"biasSquared", "= bias^2", e.bias_squared},
+          {"testNoise", "+ test's noise", e.test_noise},
+          {"referenceNoise", "+ reference's", e.reference_noise},
+          {"rest", "+ rest", rest}};
+}
+
 std::string error_tables(const Comparison& comparison) {
-  std::vector<Row> errors;
-  std::vector<Row> parts;
+  std::array<Row, 2> heads{{{"channel", "test", "reference", "bias +- 95 %"},
+                            {"channel", "largest", "at", "test", "reference"}}};
+  std::array<std::vector<Row>, 2> rows;
   for (size_t c = 0; c < comparison.errors.size(); ++c) {
     const Errors& e = comparison.errors[c];
     const Estimate& mean = comparison.image[c].estimate;
-    const double rest = e.mse - e.bias_squared - e.test_noise - e.reference_noise;
-    errors.push_back({comparison.channels[c], short_number(mean.test), short_number(mean.reference),
-                      bias(mean)});
-    for (const double x : {e.mae, std::sqrt(e.mse), e.rel_mse, e.smape, e.psnr()}) {
-      errors.back().push_back(short_number(x));
-    }
-    parts.push_back({comparison.channels[c], short_number(e.max), fmt::format("{},{}", e.x, e.y)});
-    for (const double x : {e.max_test, e.max_reference, e.mse, e.bias_squared, e.test_noise,
-                           e.reference_noise, rest}) {
-      parts.back().push_back(short_number(x));
+    rows[0].push_back({comparison.channels[c], short_number(mean.test),
+                       short_number(mean.reference), bias(mean)});
+    rows[1].push_back({comparison.channels[c], short_number(e.max), fmt::format("{},{}", e.x, e.y),
+                       short_number(e.max_test), short_number(e.max_reference)});
+    for (size_t i = 0; const Field& field : fields(e)) {
+      const size_t half = i++ / 5;
+      if (c == 0) heads[half].emplace_back(field.title);
+      rows[half].back().push_back(short_number(field.value));
     }
   }
-  return table({"channel", "test", "reference", "bias +- 95 %", "MAE", "RMSE", "relMSE", "SMAPE",
-                "PSNR"},
-               errors) +
-         table({"channel", "largest", "at", "test", "reference", "MSE", "= bias^2",
-                "+ test's noise", "+ reference's", "+ rest"},
-               parts) +
+  return table(heads[0], rows[0]) + table(heads[1], rows[1]) +
          "\nWith x the test and r the reference: relMSE = mean (x-r)^2 / (r^2 + 0.01),\n"
          "SMAPE = mean 2 |x-r| / (|x| + |r| + 0.01), PSNR = 10 lg (peak^2 / MSE), peak = max(1, "
          "r).\n";
+}
+
+const char* to_string(FlipKind kind) { return kind == FlipKind::hdr ? "HDR" : "LDR"; }
+
+// What never gates.
+std::string remarks(const Comparison& comparison) {
+  std::string text;
+  if (comparison.fireflies > 0) {
+    text += fmt::format("\n{} {}, without which the bias of all is {}\n", comparison.fireflies,
+                        comparison.fireflies == 1 ? "firefly" : "fireflies",
+                        bias(comparison.without_fireflies));
+  }
+  if (const auto& flip = comparison.flip) {
+    text += fmt::format(
+        "\nFLIP {:.4f} ({}, {:.0f} pixels per degree, exposed by {:.2f} to {:.2f} stops)\n",
+        flip->mean, to_string(flip->kind), Flip::pixels_per_degree, flip->first_exposure,
+        flip->last_exposure);
+  }
+  return text;
 }
 
 std::string finding_tables(const Comparison& comparison) {
@@ -132,22 +166,15 @@ Json to_json(const std::vector<Finding>& findings) {
 }
 
 Json to_json(const Errors& e) {
-  return {{"mae", e.mae},
-          {"mse", e.mse},
-          {"rmse", std::sqrt(e.mse)},
-          {"relMse", e.rel_mse},
-          {"smape", e.smape},
-          {"psnr", e.psnr()},
-          {"peak", e.peak},
-          {"biasSquared", e.bias_squared},
-          {"testNoise", e.test_noise},
-          {"referenceNoise", e.reference_noise},
-          {"max",
-           {{"difference", e.max},
-            {"x", e.x},
-            {"y", e.y},
-            {"test", e.max_test},
-            {"reference", e.max_reference}}}};
+  Json json = {{"peak", e.peak},
+               {"max",
+                {{"difference", e.max},
+                 {"x", e.x},
+                 {"y", e.y},
+                 {"test", e.max_test},
+                 {"reference", e.max_reference}}}};
+  for (const Field& field : fields(e)) json[field.key] = field.value;
+  return json;
 }
 
 std::string reason(const Comparison& comparison, double samples_per_pixel) {
@@ -191,19 +218,28 @@ std::string explain(const Comparison& comparison, const Subject& subject) {
 std::string to_text(const Comparison& comparison, const Subject& subject) {
   return fmt::format("{} against {}, {}\n{}", subject.test, subject.reference,
                      place(Finding{"", comparison.window, "", {}}), subject.notes) +
-         error_tables(comparison) + finding_tables(comparison) + "\n" +
+         error_tables(comparison) + finding_tables(comparison) + remarks(comparison) + "\n" +
          explain(comparison, subject);
 }
 
 Json to_json(const Comparison& comparison, const Subject& subject) {
-  Json json = {{"plumbline", PLUMB_VERSION},
-               {"test", subject.test},
-               {"reference", subject.reference},
-               {"verdict", to_string(comparison.verdict)},
-               {"explanation", explain(comparison, subject)},
-               {"knowsNoise", comparison.knows_noise},
-               {"samplesFactor", comparison.samples_factor},
-               {"window", to_json(comparison.window)}};
+  Json json = {
+      {"plumbline", PLUMB_VERSION},
+      {"test", subject.test},
+      {"reference", subject.reference},
+      {"verdict", to_string(comparison.verdict)},
+      {"explanation", explain(comparison, subject)},
+      {"knowsNoise", comparison.knows_noise},
+      {"samplesFactor", comparison.samples_factor},
+      {"window", to_json(comparison.window)},
+      {"fireflies",
+       {{"pixels", comparison.fireflies}, {"without", to_json(comparison.without_fireflies)}}}};
+  if (const auto& flip = comparison.flip) {
+    json["flip"] = {{"mean", flip->mean},
+                    {"kind", to_string(flip->kind)},
+                    {"pixelsPerDegree", Flip::pixels_per_degree},
+                    {"exposures", {flip->first_exposure, flip->last_exposure}}};
+  }
   for (size_t c = 0; c < comparison.errors.size(); ++c) {
     Json channel = {{"channel", comparison.channels[c]},
                     {"tolerance", comparison.tolerances[c]},

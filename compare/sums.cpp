@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 namespace plumb {
 namespace {
@@ -13,41 +12,39 @@ namespace {
 int block_columns(const Window& window) { return (window.width + block_side - 1) / block_side; }
 int block_rows(const Window& window) { return (window.height + block_side - 1) / block_side; }
 
-void add(const Sample& s, const Picture& test, const Picture& reference, Pool& pool) {
-  const double error = std::abs(s.difference());
-  pool.pixels += 1.0;
-  pool.test += s.test;
-  pool.reference += s.reference;
-  pool.test_variance += s.test_variance;
-  pool.reference_variance += s.reference_variance;
-  pool.squares += error * error;
-  pool.fourth += s.test_variance * s.test_variance / test.degrees_of_freedom +
-                 s.reference_variance * s.reference_variance / reference.degrees_of_freedom;
-  pool.absolute += error;
-  pool.relative += error * error / (s.reference * s.reference + epsilon);
-  pool.symmetric += 2.0 * error / (std::abs(s.test) + std::abs(s.reference) + epsilon);
-}
+}  // namespace
 
-// The mean over the channels. How the noise of a pixel's channels is correlated is not known: the
-// standard deviation of the mean is at most the mean of the standard deviations.
-Sample mean(std::span<const Sample> channels) {
+Sample sample(const Picture& test, const Picture& reference, size_t pixel, size_t channel) {
+  if (channel < test.values.size()) {
+    return {test.value(pixel, channel), reference.value(pixel, channel),
+            test.variance(pixel, channel), reference.variance(pixel, channel)};
+  }
   Sample sum;
-  for (const Sample& s : channels) {
+  for (size_t c = 0; c < channel; ++c) {
+    const Sample s = sample(test, reference, pixel, c);
     sum.test += s.test;
     sum.reference += s.reference;
     sum.test_variance += std::sqrt(s.test_variance);
     sum.reference_variance += std::sqrt(s.reference_variance);
   }
-  const auto n = static_cast<double>(channels.size());
+  const auto n = static_cast<double>(channel);
   return {sum.test / n, sum.reference / n, sum.test_variance * sum.test_variance / (n * n),
           sum.reference_variance * sum.reference_variance / (n * n)};
 }
 
-}  // namespace
-
-Sample sample(const Picture& test, const Picture& reference, size_t pixel, size_t channel) {
-  return {test.value(pixel, channel), reference.value(pixel, channel),
-          test.variance(pixel, channel), reference.variance(pixel, channel)};
+void Pool::add(const Sample& s, const Picture& t, const Picture& r, double count) {
+  const double error = std::abs(s.difference());
+  pixels += count;
+  test += count * s.test;
+  reference += count * s.reference;
+  test_variance += count * s.test_variance;
+  reference_variance += count * s.reference_variance;
+  squares += count * error * error;
+  fourth += count * (s.test_variance * s.test_variance / t.degrees_of_freedom +
+                     s.reference_variance * s.reference_variance / r.degrees_of_freedom);
+  absolute += count * error;
+  relative += count * error * error / (s.reference * s.reference + epsilon);
+  symmetric += count * 2.0 * error / (std::abs(s.test) + std::abs(s.reference) + epsilon);
 }
 
 void Pool::operator+=(const Pool& other) {
@@ -56,6 +53,13 @@ void Pool::operator+=(const Pool& other) {
                             &Pool::absolute, &Pool::relative, &Pool::symmetric}) {
     this->*member += other.*member;
   }
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
 }
 
 Window block_window(const Window& window, int block) {
@@ -71,20 +75,18 @@ Sums add_up(const Picture& test, const Picture& reference, const Window& window,
   Sums sums;
   sums.image.resize(pools);
   sums.blocks.resize(static_cast<size_t>(block_columns(window) * block_rows(window)) * pools);
-  const auto add_block = [&](int block, std::vector<Sample>& samples,
-                             std::vector<Pool>& in_regions) {
+  const auto add_block = [&](int block, std::vector<Pool>& in_regions) {
     Pool* const pool = &sums.blocks[static_cast<size_t>(block) * pools];
     const Window w = block_window(window, block);
     for (int y = w.y; y < w.y + w.height; ++y) {
       for (int x = w.x; x < w.x + w.width; ++x) {
         const size_t pixel = test.image.pixel(x, y);
         const int region = regions.of_pixel.empty() ? -1 : regions.of_pixel[pixel];
-        for (size_t c = 0; c + 1 < pools; ++c) samples[c] = sample(test, reference, pixel, c);
-        samples.back() = mean(std::span(samples).first(pools - 1));
         for (size_t c = 0; c < pools; ++c) {
-          add(samples[c], test, reference, pool[c]);
+          const Sample s = sample(test, reference, pixel, c);
+          pool[c].add(s, test, reference);
           if (region < 0) continue;
-          add(samples[c], test, reference, in_regions[static_cast<size_t>(region) * pools + c]);
+          in_regions[static_cast<size_t>(region) * pools + c].add(s, test, reference);
         }
       }
     }
@@ -94,8 +96,7 @@ Sums add_up(const Picture& test, const Picture& reference, const Window& window,
       tbb::blocked_range<int>(0, block_columns(window) * block_rows(window), 1024),
       std::vector<Pool>(regions.names.size() * pools),
       [&](const tbb::blocked_range<int>& blocks, std::vector<Pool> in_regions) {
-        std::vector<Sample> samples(pools);
-        for (int b = blocks.begin(); b < blocks.end(); ++b) add_block(b, samples, in_regions);
+        for (int b = blocks.begin(); b < blocks.end(); ++b) add_block(b, in_regions);
         return in_regions;
       },
       [](std::vector<Pool> a, const std::vector<Pool>& b) {

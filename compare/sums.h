@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "compare/picture.h"
-#include "compare/regions.h"
 
 namespace plumb {
 
@@ -14,7 +13,9 @@ constexpr int block_side = 8;
 // Relative errors are relative to this at least.
 constexpr double epsilon = 0.01;
 
-// What the two pictures say about one channel of a pixel.
+// What the two pictures say about one channel of a pixel or, for a channel past the last one, about
+// the mean over the channels. How the noise of a pixel's channels is correlated is not known: the
+// standard deviation of the mean is at most the mean of the standard deviations.
 struct Sample {
   double test = 0, reference = 0, test_variance = 0, reference_variance = 0;
   double difference() const { return test - reference; }
@@ -30,6 +31,8 @@ struct Pool {
   double relative = 0;   // (x - r)^2 / (r^2 + epsilon)
   double symmetric = 0;  // 2 |x - r| / (|x| + |r| + epsilon)
 
+  // Adds a pixel `count` times: -1 takes it away.
+  void add(const Sample& s, const Picture& test, const Picture& reference, double count = 1);
   void operator+=(const Pool& other);
 };
 
@@ -39,6 +42,9 @@ struct Sums {
 };
 Sums add_up(const Picture& test, const Picture& reference, const Window& window,
             const Regions& regions);
+
+// The upper one of the two in the middle; 0 if there are no values.
+double median(std::vector<double> values);
 
 Window block_window(const Window& window, int block);
 

@@ -240,6 +240,26 @@ TEST_F(CompareCommand, MapShowsLessInBlueAndMoreInRedWithItsScale) {
   EXPECT_GT(code(30, 0), 2 * code(30, 2));
 }
 
+TEST_F(CompareCommand, FlipIsToldAndDrawnButJudgesNothing) {
+  Image test = clean;
+  test.values[(12 * 32 + 20) * 3] += 5.0F;
+  write_image(test, folder / "test.exr");
+  const std::string options = "test.exr clean.exr --max-outliers 1 --tolerance 10% --map flip ";
+  const Result result =
+      compare(options + "--flip ldr -o map.png --json result.json --markdown r.md");
+  EXPECT_EQ(result.exit_code, same) << result.output;
+  EXPECT_NE(result.output.find("(LDR, 67 pixels per degree, "), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("1 firefly, without"), std::string::npos) << result.output;
+  EXPECT_NE(text_of(folder / "r.md").find("![map](map.png)"), std::string::npos);
+  const auto json = nlohmann::json::parse(text_of(folder / "result.json"));
+  EXPECT_GT(json["flip"]["mean"], 0.001);
+  const Image map = read_image(folder / "map.png", "", Integers::codes);
+  const auto green = [&](int x, int y) { return map.values[map.pixel(x, y) * 3 + 1]; };
+  EXPECT_LT(green(20, 12), 0.9F);
+  EXPECT_GT(green(0, 0), 0.99F);
+  EXPECT_EQ(compare(options + "-o map.png").exit_code, trouble);
+}
+
 // Gates
 
 TEST_F(CompareCommand, GateRunsAllPairsAndExpectsSomeToFail) {

@@ -300,6 +300,83 @@ TEST(UnknownNoise, FloorStandsInForIt) {
   EXPECT_EQ(verdict(1.03), Verdict::different);
 }
 
+// Fireflies
+
+TEST(Fireflies, AreCountedApartFromBias) {
+  const Truth lit = [](int x, int y) {
+    const bool is_firefly = (x == 5 && y == 6) || (x == 40 && y == 7) || (x == 41 && y == 60);
+    return is_firefly ? 500.0 : 1.001;
+  };
+  for (const bool is_noisy : {false, true}) {
+    const Picture reference = is_noisy ? render(2, 1024) : exact(uniform_truth);
+    const auto result = judge(is_noisy ? render(1, 1024, lit) : exact(lit), reference);
+    EXPECT_EQ(result.fireflies, 3);
+    EXPECT_NEAR(result.image[3].estimate.difference, 0.001 + 3 * 499.0 / (side * side), 0.002);
+    EXPECT_NEAR(result.without_fireflies.difference, 0.001, is_noisy ? 0.002 : 1e-6);
+  }
+}
+
+// Of 3 x 3 pixels none stands out from the rest. Nor does noise.
+TEST(Fireflies, AreNeitherSpotsNorNoise) {
+  const Truth spot = [](int x, int y) { return x / 3 == 7 && y / 3 == 5 ? 3.0 : 1.0; };
+  EXPECT_EQ(judge(exact(spot), exact(uniform_truth)).fireflies, 0);
+  EXPECT_EQ(judge(render(1, 4), render(2, 4), tolerating(0)).fireflies, 0);
+}
+
+// Perceived difference
+
+Picture coloured(const std::function<double(int x, int y, int channel)>& truth) {
+  Picture picture = exact([](int, int) { return 0.0; });
+  for (int i = 0; i < 3 * side * side; ++i) {
+    picture.image.values[size_t(i)] = float(truth(i / 3 % side, i / 3 / side, i % 3));
+  }
+  return picture;
+}
+
+Flip flip_of(FlipKind kind, Picture test, Picture reference) {
+  match(test, reference, {}, false);
+  return flip(kind, test, reference, {0, 0, side, side});
+}
+
+// By the authors' package flip-evaluator 1.7 with inputsRGB=False, LDR's input clamped.
+TEST(Flip, AgreesWithItsAuthorsProgram) {
+  const auto wave = [](int x, int y, int c) {
+    return std::exp(2 * std::sin(0.3 * x + c) * std::cos(0.2 * y - c));
+  };
+  const auto patch = [&](int x, int y, int c) {
+    return wave(x, y, c) * (x >= 20 && x < 40 && y >= 10 && y < 30 ? 1.2 : 1.0);
+  };
+  const auto noise = [&](int x, int y, int c) {
+    return wave(x, y, c) * (1 + 0.3 * std::sin(7.0 * x * y));
+  };
+  const auto scaled = [](double scale, const auto& truth) {
+    return coloured([=](int x, int y, int c) { return scale * truth(x, y, c); });
+  };
+  for (const FlipKind kind : {FlipKind::ldr, FlipKind::hdr}) {
+    const bool is_hdr = kind == FlipKind::hdr;
+    const double scale = is_hdr ? 5.0 : 0.13;
+    const Flip by_patch = flip_of(kind, scaled(scale, patch), scaled(scale, wave));
+    EXPECT_NEAR(by_patch.mean, is_hdr ? 0.0264605 : 0.0309004, 2e-6);
+    const Flip by_noise = flip_of(kind, scaled(scale, noise), scaled(scale, wave));
+    EXPECT_NEAR(by_noise.mean, is_hdr ? 0.0911647 : 0.0841448, 2e-6);
+    EXPECT_NEAR(by_patch.first_exposure, is_hdr ? -3.774065 : 0.0, 2e-4);
+    EXPECT_NEAR(by_patch.last_exposure, is_hdr ? -1.474745 : 0.0, 2e-4);
+  }
+}
+
+// The median luminance is 0, so that the paper's last exposure would be infinite.
+TEST(Flip, MostlyBlackPicturesAreSeenAsTheirLitPixelsAre) {
+  const auto lamp = [](double radiance) {
+    return coloured([=](int x, int y, int) { return x < 8 && y < 8 ? radiance * (x + 1) : 0.0; });
+  };
+  const Flip seen = flip_of(FlipKind::hdr, lamp(2.0), lamp(1.0));
+  EXPECT_NEAR(seen.first_exposure, std::log2(2.118873 / 8), 1e-3);
+  EXPECT_NEAR(seen.last_exposure, std::log2(2.118873 / 5), 1e-3);
+  EXPECT_GT(seen.mean, 0.001);
+  EXPECT_EQ(flip_of(FlipKind::hdr, lamp(0.0), lamp(0.0)).mean, 0.0);
+  EXPECT_GT(flip_of(FlipKind::hdr, lamp(1.0), lamp(0.0)).mean, 0.001);
+}
+
 // Unfit pictures
 
 std::string refusal(Picture test, Picture reference,
