@@ -81,6 +81,10 @@ int run(const Options& options) {
     return render_reference(scene, options.scene, options.settings, options.output + ".log",
                             watcher);
   }();
+  if (reference.seeds == 0) {
+    fmt::print(stderr, "plumb: interrupted before the first picture was finished\n");
+    return 128 + stop_signal;
+  }
   reference.image.metadata = describe(scene, options.settings, reference);
   write_image(reference.image, options.output);
   fmt::print("{}, {}x{} by {}: {} in {:.1f} s\nwrote {}\n", scene.name, scene.camera.width,

@@ -185,8 +185,8 @@ std::string read_text(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// What the program says of itself, in its log after "plumbline:" and as JSON. POV-Ray's
-// scenes can't know the version and the seconds: they are in its own words.
+// What the program says of itself, in its log after "plumbline:" and as JSON. POV-Ray's scenes
+// can't know the version and the seconds: they are in its own words.
 Json read_report(const fs::path& log) {
   const std::string text = read_text(log);
   constexpr std::string_view mark = "plumbline:";
@@ -233,10 +233,11 @@ class Session {
       }
       if (!watcher_.stop) pictures_.push_back(std::move(picture));
     }
-    if (pictures_.empty()) throw std::runtime_error("stopped before the first seed was finished");
+    fs::remove(log_);
   }
 
   Reference result() const {
+    if (pictures_.empty()) return {};
     const auto seeds = static_cast<int>(pictures_.size());
     return {image(),
             runs_[0].value("program", ""),
@@ -347,7 +348,6 @@ Reference render_reference(const Scene& scene, const fs::path& scene_file,
   if (settings.program == Program::povray) check_povray(scene, settings);
   Session session(scene, scene_file, complete(settings), log, watcher);
   session.draw();
-  fs::remove(log);
   return session.result();
 }
 

@@ -35,19 +35,18 @@ struct Reference {
   Image image;  // channels R G B and, from two seeds on, variance.R G B; no metadata
   std::string program;
   std::string version;
-  int seeds;
-  int samples_per_pixel;   // of all seeds; 0: the program has none
-  double wall_seconds;     // of rendering alone
-  double process_seconds;  // of whole processes
-  std::string runs;        // JSON: what was run and what each run said that it applied
+  int seeds = 0;                 // 0: stopped before the first one was finished, there's no image
+  int samples_per_pixel = 0;     // of all seeds; 0: the program has none
+  double wall_seconds = 0.0;     // of rendering alone
+  double process_seconds = 0.0;  // of whole processes
+  std::string runs;              // JSON: what was run and what each run said that it applied
 };
 
 // Light of A to B bounces is the difference of a picture with up to B and one with up to A - 1.
 // After a stop the picture has the seeds that were finished.
 //
 // Throws std::invalid_argument for what the program can't render, std::runtime_error if it isn't
-// installed, fails or is stopped before its first seed is finished. The file `log` holds what the
-// program printed and stays if it fails.
+// installed or fails. The file `log` holds what the program printed and stays if it fails.
 Reference render_reference(const Scene& scene, const std::filesystem::path& scene_file,
                            const ReferenceSettings& settings, const std::filesystem::path& log,
                            const Watcher& watcher);
