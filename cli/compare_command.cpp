@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <pugixml.hpp>
 #include <sstream>
@@ -82,7 +83,7 @@ void add_options(CLI::App& command, Options& options) {
   add_option(command, "--floor", "F", judgement.floor, parse_amount,
              "How wrong the pictures may be beside their known\n"
              "noise, as --tolerance; stands in for unknown noise\n"
-             "(default: what REFERENCE states as 'floor')");
+             "(default: what the card.json beside REFERENCE says)");
   add_plain(command, "--replicates", "FILE", options.test_replicates,
             "Renders like TEST with other seeds: their mean is\n"
             "judged, and their scatter is its noise");
@@ -145,6 +146,28 @@ void write_reports(const Options& options, const std::string& json, const std::s
   write_text(json, options.json);
 }
 
+// By how much a picture may be wrong in its worst region, by the card.json beside it, if there is
+// one.
+std::optional<Amount> floor_of_card(const fs::path& picture) {
+  const fs::path file = fs::path(picture).replace_filename("card.json");
+  std::ifstream stream(file);
+  if (!stream) return {};
+  try {
+    const auto card = nlohmann::json::parse(stream);
+    for (const auto& entry : card.at("pictures")) {
+      if (entry.at("file") != picture.filename().string()) continue;
+      double worst = entry.at("floor").at("wholePercent");
+      for (const double floor : entry.at("floor").at("regionsPercent")) {
+        worst = std::max(worst, floor);
+      }
+      return Amount{worst / 100.0};
+    }
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(fmt::format("{}: {}", file.string(), error.what()));
+  }
+  return {};
+}
+
 // Compares, writes all that is asked for, and gives the verdict with its reason.
 std::pair<Verdict, std::string> compare_files(const Options& options, std::string& report) {
   if (options.reference.empty()) throw std::invalid_argument("TEST and REFERENCE are required");
@@ -156,8 +179,14 @@ std::pair<Verdict, std::string> compare_files(const Options& options, std::strin
   Picture reference = read("reference", options.reference, options.reference_replicates);
   const auto channels = match(test, reference, options.channels, options.negative);
   Judgement judgement = options.judgement;
-  const auto floor = metadata_value<double>(reference.image.metadata, "floor");
-  if (floor && !judgement.floor) judgement.floor = Amount{*floor};
+  std::string floor_note;
+  if (!judgement.floor && !reference.knows_noise()) {
+    judgement.floor = floor_of_card(options.reference);
+    if (judgement.floor) {
+      floor_note = fmt::format("reference: floor {:.3g} %, by its card.json\n",
+                               100.0 * judgement.floor->value);
+    }
+  }
   const Image& image = test.image;
   const Window window = options.crop.value_or(Window{0, 0, image.width, image.height});
   if (window.width > image.width - window.x || window.height > image.height - window.y) {
@@ -169,8 +198,8 @@ std::pair<Verdict, std::string> compare_files(const Options& options, std::strin
   }
   Comparison comparison = compare(test, reference, channels, window, regions, judgement);
   if (options.flip) comparison.flip = flip(*options.flip, test, reference, window);
-  const Subject subject{options.test, options.reference, notes(test) + notes(reference),
-                        test.samples_per_pixel()};
+  const Subject subject{options.test, options.reference,
+                        notes(test) + notes(reference) + floor_note, test.samples_per_pixel()};
   report = to_text(comparison, subject);
   write_reports(options, to_json(comparison, subject).dump(2) + "\n", report);
   if (!options.map.empty()) {

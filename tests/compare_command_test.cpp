@@ -200,6 +200,27 @@ TEST_F(CompareCommand, ReplicatesTellTheNoise) {
             inconclusive);
 }
 
+TEST_F(CompareCommand, TheReferencesCardStatesItsFloor) {
+  Image noisy = clean;  // variances as from renders
+  noisy.channels = {"R", "G", "B", "variance.R", "variance.G", "variance.B"};
+  noisy.values.clear();
+  for (size_t i = 0; i < clean.values.size(); i += 3) {
+    for (size_t c = 0; c < 3; ++c) noisy.values.push_back(clean.values[i + c] * 1.015F);
+    noisy.values.insert(noisy.values.end(), 3, 1e-12F);
+  }
+  write_image(noisy, folder / "noisy.exr");
+  const std::string pair = "noisy.exr clean.exr --tolerance 1%";
+  EXPECT_EQ(compare(pair + " --floor 0").exit_code, different);
+  std::ofstream(folder / "card.json") << R"({"pictures": [{"file": "clean.exr", "floor":
+    {"wholePercent": 0.1, "regionsPercent": {"wall": 5}}}]})";
+  const Result result = compare(pair);
+  EXPECT_NE(result.exit_code, different);
+  EXPECT_NE(result.output.find("floor 5 %, by its card.json"), std::string::npos) << result.output;
+  std::ofstream(folder / "card.json") << "no card";
+  EXPECT_EQ(compare(pair).exit_code, trouble);
+  fs::remove(folder / "card.json");
+}
+
 TEST_F(CompareCommand, RegionsHaveTheMasksNames) {
   Image mask{32, 24, {"R", "G", "B"}, {}, {{"region#FF0000", "red wall"}}};
   for (int i = 0; i < 32 * 24; ++i) {
