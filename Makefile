@@ -34,7 +34,8 @@ deps:
 	@if ! command -v apt-get >/dev/null; then \
 	  echo "No apt-get here. Needed: a C++20 compiler, CMake 3.25, pkg-config and the libraries"; \
 	  echo "OpenImageIO 2.4, Imath 3.1, Highway, oneTBB, Boost.Math, fmt, pugixml, toml++,"; \
-	  echo "nlohmann/json, CLI11, GoogleTest and Google Benchmark."; \
+	  echo "nlohmann/json, CLI11, GoogleTest and Google Benchmark. POV-Ray, Blender and"; \
+	  echo "OpenImageIO's tools render and show the references."; \
 	  exit 0; \
 	fi; \
 	missing=; \

@@ -206,7 +206,9 @@ std::pair<Verdict, std::string> compare_files(const Options& options, std::strin
     write_image(draw_map(options.map_kind, test, reference, window, comparison.flip), options.map);
   }
   if (options.update && comparison.verdict != Verdict::same) {
-    fs::copy_file(options.test, options.reference, fs::copy_options::overwrite_existing);
+    const std::string part = options.reference + ".part";  // a kill leaves the old file or the new
+    fs::copy_file(options.test, part, fs::copy_options::overwrite_existing);
+    fs::rename(part, options.reference);
     report += fmt::format("{} is now {}\n", options.reference, options.test);
   }
   return {comparison.verdict, explain(comparison, subject)};

@@ -205,7 +205,7 @@ std::string explain(const Comparison& comparison, const Subject& subject) {
   std::string text = fmt::format("{}: {}\n", to_string(comparison.verdict),
                                  reason(comparison, subject.samples_per_pixel));
   if (!comparison.knows_noise) {
-    return text + "The noise of both is not known: this was a plain check of every pixel.\n";
+    return text + "Without the noise of both pictures this was a plain check of every pixel.\n";
   }
   std::string levels;
   for (const Level& level : comparison.levels) {

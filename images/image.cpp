@@ -233,6 +233,7 @@ Image decode(const fs::path& file, const std::string& format, const std::string&
   const std::string kind = (format == "exr" ? "an " : "a ") + OIIO::Strutil::upper(format);
   const auto input = OIIO::ImageInput::create(format);
   if (input == nullptr) fail(file, "unknown image format", OIIO::geterror());
+  if (fs::file_size(file) == 0) fail(file, fmt::format("not {} image", kind), "the file is empty");
   OIIO::ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;
   OIIO::ImageSpec spec;
@@ -285,7 +286,6 @@ Image read_image(const fs::path& file, const std::string& part, Integers integer
   if (!fs::is_regular_file(status)) fail(file, "cannot read", "not a regular file");
   if (::access(file.c_str(), R_OK) != 0) fail(file, "cannot open");
   try {
-    if (fs::file_size(file) == 0) fail(file, "not an EXR image", "the file is empty");
     return decode(file, format, part, integers);
   } catch (const ImageError&) {
     throw;
