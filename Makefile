@@ -6,7 +6,7 @@ packages := g++ cmake ninja-build pkg-config libboost-math-dev libcli11-dev libf
   libgtest-dev libbenchmark-dev
 
 # Programs that render the same scenes.
-programs := povray blender python3 openimageio-tools
+programs := povray blender python3 openimageio-tools gnuplot-nox
 
 scenes := cornell seed
 
@@ -35,7 +35,7 @@ deps:
 	  echo "No apt-get here. Needed: a C++20 compiler, CMake 3.25, pkg-config and the libraries"; \
 	  echo "OpenImageIO 2.4, Imath 3.1, Highway, oneTBB, Boost.Math, fmt, pugixml, toml++,"; \
 	  echo "nlohmann/json, CLI11, GoogleTest and Google Benchmark. POV-Ray, Blender and"; \
-	  echo "OpenImageIO's tools render and show the references."; \
+	  echo "OpenImageIO's tools render and show the references; gnuplot draws plots."; \
 	  exit 0; \
 	fi; \
 	missing=; \

@@ -13,6 +13,8 @@ namespace plumb::cli {
 void add_render(CLI::App& app, int& exit_code);
 void add_merge(CLI::App& app);
 void add_compare(CLI::App& app, int& exit_code);
+void add_converge(CLI::App& app, int& exit_code);
+void add_chart(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app);
 void add_reference(CLI::App& app, int& exit_code);
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -45,8 +46,16 @@ void add_options(CLI::App& command, Options& options) {
   add_option(command, "--spp", "N", settings.samples_per_pixel, number(1, 1 << 20),
              "Samples per pixel of each seed (default: by quality)");
   add_option(command, "--seeds", "K", settings.seeds, number(1, 1000),
-             "Pictures with seeds 1 to K, whose mean is written\nand whose differences give the "
+             "Pictures with so many seeds, whose mean is written\nand whose differences give the "
              "variance\n(default: by quality)");
+  add_option(command, "--seed", "N", settings.first_seed, number(1, 1 << 30),
+             "The first of the seeds (default: 1)");
+  command
+      .add_option("--set", settings.overrides,
+                  "Cycles: a setting of its own that differs, such as\n"
+                  "sample_clamp_indirect=10; can be repeated")
+      ->type_name("NAME=NUMBER")
+      ->allow_extra_args(false);
   add_option(command, "--bounces", "A:B", settings.bounces, parse_bounces,
              "Only light of A to B bounces, as in 'plumb render'");
   add_option(command, "--threads", "N", settings.threads, number(1, 1024),
@@ -62,6 +71,8 @@ Metadata describe(const Scene& scene, const ReferenceSettings& settings,
           {"sceneHash", scene.hash},
           {"bounces", to_string(settings.bounces)},
           {"quality", to_word(settings.quality, qualities)},
+          {"settings", fmt::format("{}", fmt::join(settings.overrides, " "))},
+          {"seed", settings.first_seed},
           {"samples", to_string(SampleRange{0, reference.samples_per_pixel})},
           {"replicates", reference.seeds},
           {"wallSeconds", reference.wall_seconds},

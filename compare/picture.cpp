@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 namespace plumb {
 namespace {
@@ -67,6 +68,8 @@ void refuse_poison(const Picture& picture, const std::vector<size_t>& places,
 }
 
 void choose(Picture& picture, const Names& channels) {
+  picture.values.clear();
+  picture.variances.clear();
   for (const std::string& channel : channels) {
     const auto place = place_of(picture.image, channel);
     const auto variance =
@@ -90,10 +93,15 @@ double Picture::samples_per_pixel() const {
   return std::strtod(&range[middle + 1], nullptr) - std::strtod(range.c_str(), nullptr);
 }
 
-Picture read_picture(const std::string& side, const Names& files, const std::string& part) {
-  Picture picture{side, read_image(files.front(), part), {}, {}, {}};
-  const int replicates = metadata_value<int>(picture.image.metadata, "replicates").value_or(2);
+Picture to_picture(const std::string& side, Image image) {
+  const int replicates = metadata_value<int>(image.metadata, "replicates").value_or(2);
+  Picture picture{side, std::move(image), {}, {}, {}};
   picture.degrees_of_freedom = std::max(replicates, 2) - 1;
+  return picture;
+}
+
+Picture read_picture(const std::string& side, const Names& files, const std::string& part) {
+  Picture picture = to_picture(side, read_image(files.front(), part));
   if (files.size() == 1) return picture;
   const auto count = static_cast<float>(files.size());
   picture.degrees_of_freedom = double{count} - 1.0;

@@ -32,6 +32,9 @@ struct Picture {
   double samples_per_pixel() const;
 };
 
+// One picture, which may say of how many replicates its variances are.
+Picture to_picture(const std::string& side, Image image);
+
 // Reads a picture, or the mean of several renders of the same scene with other seeds and as many
 // samples, whose scatter then is its noise. `part` as for read_image(). Throws ImageError.
 Picture read_picture(const std::string& side, const std::vector<std::string>& files,

@@ -6,34 +6,14 @@
 #include <array>
 #include <cmath>
 
+#include "compare/markdown.h"
+
 namespace plumb {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Row = std::vector<std::string>;
 
 std::string short_number(double value) { return fmt::format("{:.4g}", value); }
-
-// A Markdown table that is also fit for a terminal. No rows, no table.
-std::string table(const Row& head, const std::vector<Row>& rows) {
-  if (rows.empty()) return "";
-  const auto line = [&](const Row& cells, char fill) {
-    std::string text = "|";
-    for (size_t c = 0; c < head.size(); ++c) {
-      size_t width = 0;
-      for (const Row& row : rows) width = std::max({width, head[c].size(), row[c].size()});
-      text += fill;
-      text += cells[c];
-      text.append(width - cells[c].size() + 1, fill);
-      text += '|';
-    }
-    return text + "\n";
-  };
-  std::string text = "\n";
-  text += line(head, ' ') + line(Row(head.size()), '-');
-  for (const Row& row : rows) text += line(row, ' ');
-  return text;
-}
 
 std::string percent(double part, double whole) {
   return whole == 0.0 ? "-" : fmt::format("{:.2g} %", 100.0 * part / std::abs(whole));

@@ -303,6 +303,10 @@ def apply_settings(scene, card, options):
             ("render.image_settings.color_depth", "32"),
             ("render.image_settings.exr_codec", "ZIP")):
         card.set(scene, path, *values)
+    for name, value in options.set:
+        card.set(scene, f"cycles.{name}", value)
+        if getattr(scene.cycles, name, None) != value:
+            sys.exit(f"--set: Cycles has no {name} that could be {value}")
 
 
 def whole_number(least, most):
@@ -328,6 +332,14 @@ def exr_file(text):
     return file
 
 
+def setting(text):
+    name, _, value = text.partition("=")
+    try:
+        return name, json.loads(value)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text} is not NAME=NUMBER") from error
+
+
 def read_options(name, camera):
     is_module = getattr(bpy.app, "module", False)
     arguments = sys.argv[1:] if is_module else []
@@ -350,6 +362,8 @@ def read_options(name, camera):
         help="size (default: the scene's)")
     add("--threads", metavar="N", type=whole_number(1, 1024),
         help="threads at most (default: one per processor)")
+    add("--set", metavar="NAME=NUMBER", type=setting, action="append", default=[],
+        help="a setting of Cycles' own that differs, such as sample_clamp_indirect=10")
     return parser.parse_args(arguments)
 
 

@@ -120,6 +120,7 @@ class Programs {
     add("--size", fmt::format("{}x{}", scene_.camera.width, scene_.camera.height));
     if (bounces) add("--bounces", std::to_string(*bounces));
     if (settings_.threads > 0) add("--threads", std::to_string(settings_.threads));
+    for (const std::string& setting : settings_.overrides) add("--set", setting);
     return {{command}};
   }
 
@@ -222,20 +223,11 @@ class Session {
         watcher_(watcher) {}
 
   void draw() {
-    for (int seed = 1; seed <= settings_.seeds && !watcher_.stop; ++seed) {
-      std::vector<double> picture(size_t(camera_.width) * size_t(camera_.height) * 3);
-      const std::vector<Run> runs = programs_.runs(seed);
-      for (size_t i = 0; i < runs.size() && !watcher_.stop; ++i) {
-        add(runs[i],
-            fmt::format("run {} of {}", size_t(seed - 1) * runs.size() + i + 1,
-                        runs.size() * size_t(settings_.seeds)),
-            picture);
-      }
-      if (!watcher_.stop) pictures_.push_back(std::move(picture));
+    for (int i = 0; i < settings_.seeds && !watcher_.stop; ++i) {
+      draw_seed(settings_.first_seed + i);
     }
     fs::remove(log_);
   }
-
   Reference result() const {
     if (pictures_.empty()) return {};
     const auto seeds = static_cast<int>(pictures_.size());
@@ -250,6 +242,18 @@ class Session {
   }
 
  private:
+  void draw_seed(int seed) {
+    std::vector<double> picture(size_t(camera_.width) * size_t(camera_.height) * 3);
+    const std::vector<Run> runs = programs_.runs(seed);
+    for (size_t i = 0; i < runs.size() && !watcher_.stop; ++i) {
+      add(runs[i],
+          fmt::format("run {} of {}", pictures_.size() * runs.size() + i + 1,
+                      runs.size() * size_t(settings_.seeds)),
+          picture);
+    }
+    if (!watcher_.stop) pictures_.push_back(std::move(picture));
+  }
+
   // Draws one picture and adds it, times the run's weight, to `picture`.
   void add(const Run& run, const std::string& which, std::vector<double>& picture) {
     const auto begin = std::chrono::steady_clock::now();
@@ -346,6 +350,9 @@ Reference render_reference(const Scene& scene, const fs::path& scene_file,
                            const ReferenceSettings& settings, const fs::path& log,
                            const Watcher& watcher) {
   if (settings.program == Program::povray) check_povray(scene, settings);
+  if (settings.program != Program::cycles && !settings.overrides.empty()) {
+    throw std::invalid_argument("only Cycles' own settings can be set");
+  }
   Session session(scene, scene_file, complete(settings), log, watcher);
   session.draw();
   return session.result();

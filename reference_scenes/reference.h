@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "images/image.h"
 #include "renderer/scene.h"
@@ -21,6 +22,8 @@ struct ReferenceSettings {
   Quality quality = Quality::good;
   int samples_per_pixel = 0;  // of each seed; 0: the quality's
   int seeds = 0;              // 0: the quality's; POV-Ray has none
+  int first_seed = 1;
+  std::vector<std::string> overrides = {};  // Cycles' own settings that differ, NAME=NUMBER
   BounceRange bounces = {};
   int threads = 0;  // 0: all that the machine has
 };

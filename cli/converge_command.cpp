@@ -1,0 +1,185 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "cli/commands.h"
+#include "cli/film_image.h"
+#include "cli/interrupt.h"
+#include "cli/names.h"
+#include "cli/progress_line.h"
+#include "cli/study_options.h"
+#include "renderer/render.h"
+#include "renderer/scene_reader.h"
+
+namespace plumb::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  StudyOptions study;
+  std::vector<Method> methods{Method::mis};
+  std::vector<Sampler> samplers{Sampler::sobol};
+  SampleRange spp{1, 1024};
+  int runs = 3;
+  Settings settings;  // of all renders
+  std::optional<std::pair<int, int>> size;
+  std::string keep;
+};
+
+// A parser of lists with commas between.
+template <typename Parse>
+auto list_of(Parse parse) {
+  return [parse](const std::string& text) {
+    std::vector<decltype(parse(text))> values;
+    std::istringstream stream(text);
+    for (std::string word; std::getline(stream, word, ',');) values.push_back(parse(word));
+    return values;
+  };
+}
+
+void add_options(CLI::App& command, Options& options) {
+  command
+      .add_option("PICTURES", options.study.pictures, "Scene file to render, or renders that exist")
+      ->required()
+      ->type_name("");
+  add_study_options(command, options.study);
+  add_option(command, "--methods", "M,...", options.methods, list_of(one_of(method_words)),
+             "Of a scene: bsdf, nee, mis (default: mis)");
+  add_option(command, "--samplers", "S,...", options.samplers, list_of(one_of(sampler_words)),
+             "sobol, independent (default: sobol)");
+  add_option(command, "--spp", "A:B", options.spp, parse_samples,
+             "Samples per pixel A, 2 A, 4 A, ... up to B\n(default: 1:1024)");
+  add_option(command, "--runs", "R", options.runs, number(1, 1000),
+             "Renders of each, with other seeds (default: 3)");
+  add_option(command, "--bounces", "A:B", options.settings.bounces, parse_bounces,
+             "Only light of A to B bounces, as in 'plumb render'");
+  add_option(command, "--threads", "N", options.settings.threads, number(1, 1024),
+             "Threads at most (default: one per processor)");
+  add_option(command, "--size", "WxH", options.size, parse_size, "Size (default: the scene's)");
+  command
+      .add_option("--keep", options.keep, "Keeps the renders here and takes those that are there")
+      ->type_name("FOLDER");
+}
+
+bool is_scene(const std::string& file) { return file.ends_with(".xml"); }
+
+// The settings of all renders, with their number of samples; every one has another seed.
+std::vector<std::pair<Settings, int64_t>> plan(const Options& options) {
+  std::vector<std::pair<Settings, int64_t>> renders;
+  for (const Method method : options.methods) {
+    for (const Sampler sampler : options.samplers) {
+      Settings settings = options.settings;
+      settings.method = method;
+      settings.sampler = sampler;
+      settings.seed = 1;
+      for (int64_t n = options.spp.first; n <= options.spp.last; n *= 2) {
+        for (int run = 0; run < options.runs; ++run, ++settings.seed) {
+          renders.emplace_back(settings, n);
+        }
+      }
+    }
+  }
+  return renders;
+}
+
+// What makes a kept render the same as a new one: all but its time, its noise and the machine.
+bool is_same_render(const Image& kept, const Image& planned) {
+  for (const char* key :
+       {"version", "sceneHash", "method", "sampler", "precision", "bounces", "samples"}) {
+    if (metadata_value<std::string>(kept.metadata, key) !=
+        metadata_value<std::string>(planned.metadata, key)) {
+      return false;
+    }
+  }
+  return kept.width == planned.width && kept.height == planned.height &&
+         metadata_value<int>(kept.metadata, "seed") ==
+             metadata_value<int>(planned.metadata, "seed");
+}
+
+// Renders, or takes what an earlier run has kept. No picture after an interrupt.
+std::optional<Image> picture_of(const Scene& scene, const Settings& settings, int64_t samples,
+                                const std::string& keep) {
+  Film film(scene.camera.width, scene.camera.height);
+  const SampleRange range{0, samples};
+  const fs::path file = fs::path(keep) / fmt::format("{}-{}-{}-{}spp-seed{}.exr", scene.name,
+                                                     to_word(settings.method, method_words),
+                                                     to_word(settings.sampler, sampler_words),
+                                                     samples, settings.seed);
+  if (!keep.empty() && fs::exists(file)) {
+    Image kept = read_image(file);
+    const Image planned{
+        film.width(), film.height(), {}, {}, describe(scene, settings, range, film, {})};
+    if (is_same_render(kept, planned)) return kept;
+  }
+  const Cost cost = render(scene, settings, {.samples = range}, film, {}, &stop_requested);
+  if (stop_requested) return {};
+  Image image = to_image(film, false);
+  image.metadata = describe(scene, settings, range, film, cost);
+  if (!keep.empty()) write_image(image, file);
+  return image;
+}
+
+// Adds all renders that an interrupt leaves time for.
+void render_all(const Options& options, Study& study) {
+  const std::string& file = options.study.pictures.front();
+  if (options.study.pictures.size() > 1) throw std::invalid_argument("one scene at a time");
+  Scene scene = read_scene(file);
+  if (options.size) std::tie(scene.camera.width, scene.camera.height) = *options.size;
+  if (!options.keep.empty()) fs::create_directories(options.keep);
+  listen_for_interrupts();
+  ProgressLine line;
+  const auto renders = plan(options);
+  for (size_t done = 0; const auto& [settings, samples] : renders) {
+    line.show(fmt::format("{} of {} renders: {} {}, {} spp", ++done, renders.size(),
+                          to_word(settings.method, method_words),
+                          to_word(settings.sampler, sampler_words), samples));
+    auto image = picture_of(scene, settings, samples, options.keep);
+    if (!image) return;
+    Picture picture = to_picture("picture", std::move(*image));
+    const Label label = label_of(picture);
+    study.add(std::move(picture), label);
+  }
+}
+
+int run(const Options& options) {
+  Study study(read_picture("reference", {options.study.reference}, ""));
+  bool is_complete = true;
+  if (is_scene(options.study.pictures.front())) {
+    render_all(options, study);
+  } else {
+    is_complete = add_pictures(study, options.study.pictures);
+  }
+  present(convergence(study), options.study);
+  if (stop_signal != 0) return 128 + stop_signal;
+  return is_complete ? 0 : 2;
+}
+
+}  // namespace
+
+void add_converge(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command =
+      *app.add_subcommand("converge", "Tell how error falls with samples, and where it stops");
+  add_options(command, *options);
+  command.footer(R"(Examples:
+  plumb converge scene.xml --methods bsdf,nee,mis --reference ref.exr -o fall.svg
+  plumb converge *.exr --reference ref.exr
+  plumb converge a.png=mine,16 b.png=mine,64 c.png=mine,256 d.png=mine,1024 \
+    --reference ref.exr
+
+Fits relMSE(N) = a N^-p + c to each series of pictures; = SERIES,SPP,SECONDS says
+what a picture itself doesn't. Ctrl-C fits what is finished.
+Exit codes: 0 done, 2 trouble (the other pictures still count), 130 interrupted.)");
+  command.callback([=, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace plumb::cli

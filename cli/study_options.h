@@ -1,0 +1,26 @@
+// What 'plumb converge' and 'plumb chart' have in common: pictures in, an exhibit out.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "compare/exhibit.h"
+#include "compare/study.h"
+
+namespace plumb::cli {
+
+struct StudyOptions {
+  std::vector<std::string> pictures;  // files, or FILE=SERIES,SPP,SECONDS
+  std::string reference, plot, json;
+};
+
+void add_study_options(CLI::App& command, StudyOptions& options);
+
+// Adds all pictures. Says on stderr which can't be used and why; returns whether all could.
+bool add_pictures(Study& study, const std::vector<std::string>& pictures);
+
+// Prints the exhibit and writes its files.
+void present(const Exhibit& exhibit, const StudyOptions& options);
+
+}  // namespace plumb::cli

@@ -1,0 +1,27 @@
+#include "compare/markdown.h"
+
+#include <algorithm>
+
+namespace plumb {
+
+std::string table(const Row& head, const std::vector<Row>& rows) {
+  if (rows.empty()) return "";
+  const auto line = [&](const Row& cells, char fill) {
+    std::string text = "|";
+    for (size_t c = 0; c < head.size(); ++c) {
+      size_t width = 0;
+      for (const Row& row : rows) width = std::max({width, head[c].size(), row[c].size()});
+      text += fill;
+      text += cells[c];
+      text.append(width - cells[c].size() + 1, fill);
+      text += '|';
+    }
+    return text + "\n";
+  };
+  std::string text = "\n";
+  text += line(head, ' ') + line(Row(head.size()), '-');
+  for (const Row& row : rows) text += line(row, ' ');
+  return text;
+}
+
+}  // namespace plumb

@@ -1,0 +1,88 @@
+#include "compare/plot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+
+namespace plumb {
+namespace {
+
+namespace fs = std::filesystem;
+
+// As gnuplot reads it literally.
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? "''" : std::string(1, c);
+  return result + "'";
+}
+
+std::string data_block(const std::string& name, const std::vector<PlotPoint>& points) {
+  std::string text = fmt::format("${} << EOD\n", name);
+  for (const PlotPoint& p : points) {
+    if (!(p.x > 0.0 && p.y > 0.0)) continue;
+    const double low = std::max(p.low, 1e-3 * p.y);
+    text += fmt::format("{:.9g} {:.9g} {:.9g} {:.9g}\n", p.x, p.y, low, p.high);
+  }
+  return text + "EOD\n";
+}
+
+std::string script(const Plot& plot, const fs::path& file, bool is_svg) {
+  const char* const terminal = is_svg ? "svg size 960,600 noenhanced font 'sans,14'"
+                                      : "pngcairo size 1440,900 noenhanced font 'sans,20'";
+  std::string text = fmt::format(
+      "set terminal {} background rgb 'white'\nset output {}\nset colorsequence podo\n"
+      "set logscale xy\nset mxtics 10\nset mytics 10\nset format xy '%g'\nset grid linetype 1 "
+      "linecolor rgb '#cccccc'\n"
+      "set key outside right top Left reverse\n"
+      "set title {}\nset xlabel {}\nset ylabel {}\n",
+      terminal, quoted(file.string()), quoted(plot.title), quoted(plot.x_title),
+      quoted(plot.y_title));
+  std::string commands;
+  if (!plot.front.empty()) {
+    text += data_block("front", plot.front);
+    commands =
+        "$front using 1:2 with steps linewidth 6 linecolor rgb '#c8c8c8' title "
+        "'Pareto front'";
+  }
+  for (size_t i = 0; const Curve& curve : plot.curves) {
+    text += data_block(fmt::format("points{}", ++i), curve.points);
+    const char* const style = curve.fit.empty() ? "yerrorlines" : "yerrorbars";
+    commands += fmt::format(
+        "{}$points{} using 1:2:3:4 with {} linewidth 1.5 linecolor {} pointtype {} title {}",
+        commands.empty() ? "" : ", ", i, style, i, i + 3, quoted(curve.name));
+    if (curve.fit.empty()) continue;
+    text += data_block(fmt::format("fit{}", i), curve.fit);
+    commands += fmt::format(", $fit{} using 1:2 with lines linecolor {} notitle", i, i);
+  }
+  return text + "plot " + commands + "\n";
+}
+
+}  // namespace
+
+void write_plot(const Plot& plot, const fs::path& file) {
+  const bool is_svg = file.extension() == ".svg";
+  if (!is_svg && file.extension() != ".png") {
+    throw std::invalid_argument(file.string() + ": a plot's name ends in .svg or .png");
+  }
+  const auto is_drawn = [](const Curve& curve) {
+    return std::ranges::any_of(curve.points, [](const PlotPoint& p) { return p.y > 0.0; });
+  };
+  if (std::ranges::none_of(plot.curves, is_drawn)) {
+    throw std::runtime_error(file.string() + ": nothing to draw");
+  }
+  Plot drawn = plot;
+  std::erase_if(drawn.curves, [&](const Curve& curve) { return !is_drawn(curve); });
+  const fs::path part = file.string() + ".part";
+  FILE* const gnuplot = popen("gnuplot", "w");
+  if (gnuplot == nullptr) throw std::runtime_error("can't start gnuplot");
+  fmt::print(gnuplot, "{}", script(drawn, part, is_svg));
+  if (pclose(gnuplot) != 0) {
+    fs::remove(part);
+    throw std::runtime_error(file.string() + ": gnuplot is not installed or failed");
+  }
+  fs::rename(part, file);
+}
+
+}  // namespace plumb

@@ -1,0 +1,31 @@
+// Curves on doubly logarithmic axes, drawn by gnuplot.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace plumb {
+
+struct PlotPoint {
+  double x = 0, y = 0, low = 0, high = 0;  // the error bar reaches from low to high
+};
+
+struct Curve {
+  std::string name;
+  std::vector<PlotPoint> points;
+  std::vector<PlotPoint> fit;  // drawn as a thin line through x and y
+};
+
+struct Plot {
+  std::string title, x_title, y_title;
+  std::vector<Curve> curves;
+  std::vector<PlotPoint> front;  // steps behind the curves, if there are any
+};
+
+// Points at or below 0 are left out. Throws std::invalid_argument if the file is neither .svg nor
+// .png, std::runtime_error if gnuplot is not installed or fails. A kill leaves the old file or the
+// new one.
+void write_plot(const Plot& plot, const std::filesystem::path& file);
+
+}  // namespace plumb

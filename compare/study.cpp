@@ -1,0 +1,159 @@
+#include "compare/study.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <stdexcept>
+
+#include "compare/sums.h"
+
+namespace plumb {
+namespace {
+
+void add_mean(std::vector<double>& values) {
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  values.push_back(sum / static_cast<double>(values.size()));
+}
+
+Point point_of(const std::vector<const Render*>& runs, const std::vector<double>& noise) {
+  const auto middle = [&](auto member) {
+    std::vector<double> values;
+    for (const Render* run : runs) values.push_back(run->label.*member);
+    return median(values);
+  };
+  Point point{runs.front()->label, runs.size(), {}, {}};
+  point.label.seconds = middle(&Label::seconds);
+  point.label.startup_seconds = middle(&Label::startup_seconds);
+  const auto n = static_cast<double>(runs.size());
+  for (size_t c = 0; c < noise.size(); ++c) {
+    double sum = 0.0;
+    for (const Render* run : runs) sum += run->errors[c];
+    double squares = 0.0;
+    for (const Render* run : runs) squares += std::pow(run->errors[c] - sum / n, 2.0);
+    point.errors.push_back(sum / n - noise[c]);
+    point.deviations.push_back(n > 1.0 ? std::sqrt(squares / (n - 1.0) / n) : 0.0);
+  }
+  return point;
+}
+
+// Whether the error falls slower than 1 / N over the last two doublings, two standard errors of the
+// slope being allowed for.
+bool falls_slowly(const std::vector<Point>& points, size_t channel) {
+  const Point& last = points.back();
+  const auto earlier = std::find_if(points.rbegin(), points.rend(), [&](const Point& p) {
+    return p.label.samples <= last.label.samples / 4.0 || &p == &points.front();
+  });
+  const double distance = std::log(last.label.samples / earlier->label.samples);
+  const double slope = std::log(earlier->errors[channel] / last.errors[channel]) / distance;
+  const double deviation = std::hypot(earlier->deviations[channel] / earlier->errors[channel],
+                                      last.deviations[channel] / last.errors[channel]);
+  return slope + 2.0 * deviation / distance < 1.0;
+}
+
+}  // namespace
+
+Label label_of(const Picture& picture) {
+  const Metadata& metadata = picture.image.metadata;
+  const auto text = [&](const char* key) {
+    return metadata_value<std::string>(metadata, key).value_or("");
+  };
+  Label label{text("renderer"), text("quality"), picture.samples_per_pixel(), 0.0, 0.0};
+  for (const char* key : {"method", "sampler", "settings", "fault"}) {
+    if (!text(key).empty()) label.series += fmt::format(" {}", text(key));
+  }
+  if (text("precision") == "double") label.series += " double";
+  if (const std::string bounces = text("bounces"); !bounces.empty() && bounces != "0:") {
+    label.series += fmt::format(" bounces {}", bounces);
+  }
+  if (label.samples > 0.0) label.step = fmt::format("{} spp", label.samples);
+  label.seconds = metadata_value<double>(metadata, "wallSeconds").value_or(0.0);
+  const auto whole = metadata_value<double>(metadata, "processSeconds");
+  if (whole) label.startup_seconds = *whole - label.seconds;
+  return label;
+}
+
+void Study::measure_reference() {
+  const auto n = static_cast<double>(reference_.image.width * reference_.image.height);
+  std::vector<double> deviations;
+  for (size_t c = 0; c < reference_.values.size(); ++c) {
+    double sum = 0.0;
+    double squares = 0.0;
+    for (size_t pixel = 0; pixel < static_cast<size_t>(n); ++pixel) {
+      const double value = reference_.value(pixel, c);
+      const double part = reference_.variance(pixel, c) / (value * value + epsilon);
+      sum += part;
+      squares += part * part;
+    }
+    noise_.push_back(sum / n);
+    // Of normal noise, a squared error scatters by twice the variance's square; and the variance is
+    // not known exactly.
+    deviations.push_back(std::sqrt(squares * (2.0 + 2.0 / reference_.degrees_of_freedom)) / n);
+  }
+  add_mean(noise_);
+  noise_deviations_ = deviations;
+  add_mean(noise_deviations_);
+}
+
+void Study::add(Picture picture, const Label& label) {
+  const auto channels = match(picture, reference_, {}, false);
+  if (channels_.empty()) {
+    channels_ = channels;
+    channels_.emplace_back("all");
+    measure_reference();
+  }
+  if (channels.size() + 1 != channels_.size()) {
+    throw ImageError("other channels than the pictures before");
+  }
+  const Image& image = picture.image;
+  const Sums sums = add_up(picture, reference_, {0, 0, image.width, image.height}, {});
+  Render render{label, {}};
+  for (size_t c = 0; c < channels.size(); ++c) {
+    render.errors.push_back(sums.image[c].relative / sums.image[c].pixels);
+  }
+  add_mean(render.errors);
+  auto found = std::ranges::find(series_, label.series, &Series::name);
+  if (found == series_.end()) found = series_.insert(found, Series{label.series, {}, {}});
+  found->renders.push_back(std::move(render));
+}
+
+std::vector<Series> Study::series() const {
+  if (series_.empty()) throw ImageError("no picture could be held against the reference");
+  std::vector<Series> all = series_;
+  for (Series& series : all) {
+    std::map<std::pair<double, std::string>, std::vector<const Render*>> steps;
+    for (const Render& r : series.renders) steps[{r.label.samples, r.label.step}].push_back(&r);
+    for (const auto& [step, runs] : steps) series.points.push_back(point_of(runs, noise_));
+    std::ranges::stable_sort(series.points, {}, [](const Point& p) {
+      return std::pair(p.label.samples, p.label.seconds);
+    });
+  }
+  return all;
+}
+
+Convergence Study::convergence(const Series& series, size_t channel) const {
+  std::vector<Observation> observations;
+  for (const Render& r : series.renders) {
+    if (r.label.samples > 0.0) observations.push_back({r.label.samples, r.errors[channel]});
+  }
+  Convergence result{fit_power_law(observations), {}};
+  const Interval floor = result.law.floor;
+  const double own = 2.0 * noise_deviations_[channel];
+  const double rest = floor.value - noise_[channel];
+  const double low = rest - std::hypot(floor.value - floor.low, own);
+  const double high = rest + std::hypot(floor.high - floor.value, own);
+  result.stops = rest > 2.0 * (rest - low) && falls_slowly(series.points, channel);
+  if (!result.stops) result.law = fit_power_law(observations, noise_[channel]);
+  // Where no power law fits, the bias is at least not larger than the last point's error.
+  const Point& last = series.points.back();
+  const double most = high > 0.0 ? high : last.errors[channel] + 2.0 * last.deviations[channel];
+  const auto root = [](double square) {
+    return std::copysign(std::sqrt(std::abs(square)), square);
+  };
+  result.bias = {root(rest), root(low), root(most)};
+  return result;
+}
+
+}  // namespace plumb
