@@ -5,8 +5,11 @@ packages := g++ cmake ninja-build pkg-config libboost-math-dev libcli11-dev libf
   libimath-dev nlohmann-json3-dev libopenimageio-dev libpugixml-dev libtbb-dev libtomlplusplus-dev \
   libgtest-dev libbenchmark-dev
 
-# Programs that render the same scenes.
+# Programs that render the same scenes, and draw plots.
 programs := povray blender python3 openimageio-tools gnuplot-nox
+
+# For the test of the report's page in a browser, which is skipped where they can't be had.
+browser := chromium chromium-driver python3-selenium
 
 scenes := cornell seed
 
@@ -21,7 +24,7 @@ help:
 	@echo "make build   build/plumb"
 	@echo "make test    builds and runs all tests"
 	@echo "make gate    holds pictures rendered now against the stored ones of other programs"
-	@echo "make report  renders the reference scenes into out/"
+	@echo "make report  renders the scenes with all programs and writes out/report.html (10 minutes)"
 	@echo "make bench   measures the renderer's speed and noise"
 	@echo "make references        renders the stored ground truth with all programs (40 minutes)"
 	@echo "make check-references  compares what the installed programs draw today with it"
@@ -38,16 +41,23 @@ deps:
 	  echo "OpenImageIO's tools render and show the references; gnuplot draws plots."; \
 	  exit 0; \
 	fi; \
+	is_missing() { \
+	  ! dpkg-query -W -f '$${db:Status-Status}\n' $$1 2>/dev/null | grep -qx installed; \
+	}; \
+	install() { \
+	  echo "Installing $$*"; \
+	  test "$$(id -u)" = 0 && root= || root=sudo; \
+	  $$root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $$*; \
+	}; \
 	missing=; \
-	for package in $(packages) $(programs); do \
-	  dpkg-query -W -f '$${db:Status-Status}\n' $$package 2>/dev/null | grep -qx installed || \
-	    missing="$$missing $$package"; \
-	done; \
-	test -z "$$missing" && exit 0; \
-	echo "Installing$$missing"; \
-	test "$$(id -u)" = 0 && root= || root=sudo; \
-	$$root apt-get update -q && \
-	$$root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $$missing
+	for package in $(packages) $(programs); do is_missing $$package && missing="$$missing $$package"; done; \
+	if test -n "$$missing"; then \
+	  test "$$(id -u)" = 0 && root= || root=sudo; \
+	  $$root apt-get update -q && install $$missing || exit; \
+	fi; \
+	for package in $(browser); do \
+	  if is_missing $$package && apt-cache show $$package >/dev/null 2>&1; then install $$package || exit; fi; \
+	done
 
 build: deps
 	cmake -S . -B build $(if $(wildcard build/CMakeCache.txt),,-G "$(generator)")
@@ -65,10 +75,7 @@ gate: build
 	build/plumb compare --gate tests/gate.toml --junit out/gate/results.xml
 
 report: build
-	@mkdir -p out
-	build/plumb render reference_scenes/cornell/scene.xml --spp 1024 -o out/cornell.exr -o out/cornell.png
-	build/plumb render reference_scenes/seed/scene.xml --spp 1024 -o out/seed.exr -o out/seed.png
-	@echo "Pictures: $(CURDIR)/out/cornell.png and $(CURDIR)/out/seed.png, and as .exr beside them"
+	python3 report/make_report.py build/plumb
 
 bench: build
 	build/render_bench

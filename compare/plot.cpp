@@ -29,13 +29,13 @@ std::string data_block(const std::string& name, const std::vector<PlotPoint>& po
 }
 
 std::string script(const Plot& plot, const fs::path& file, bool is_svg) {
-  const char* const terminal = is_svg ? "svg size 960,600 noenhanced font 'sans,14'"
-                                      : "pngcairo size 1440,900 noenhanced font 'sans,20'";
+  const char* const terminal = is_svg ? "svg size 800,760 noenhanced font 'sans,14'"
+                                      : "pngcairo size 1200,1140 noenhanced font 'sans,20'";
   std::string text = fmt::format(
       "set terminal {} background rgb 'white'\nset output {}\nset colorsequence podo\n"
       "set logscale xy\nset mxtics 10\nset mytics 10\nset format xy '%g'\nset grid linetype 1 "
       "linecolor rgb '#cccccc'\n"
-      "set key outside right top Left reverse\n"
+      "set key below maxcolumns 2 Left reverse\n"
       "set title {}\nset xlabel {}\nset ylabel {}\n",
       terminal, quoted(file.string()), quoted(plot.title), quoted(plot.x_title),
       quoted(plot.y_title));

@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "compare/sums.h"
 
@@ -20,9 +21,9 @@ void add_mean(std::vector<double>& values) {
 
 Point point_of(const std::vector<const Render*>& runs, const std::vector<double>& noise) {
   const auto middle = [&](auto member) {
-    std::vector<double> values;
-    for (const Render* run : runs) values.push_back(run->label.*member);
-    return median(values);
+    std::vector<double> values(runs.size());
+    std::ranges::transform(runs, values.begin(), [&](const Render* r) { return r->label.*member; });
+    return median(std::move(values));
   };
   Point point{runs.front()->label, runs.size(), {}, {}};
   point.label.seconds = middle(&Label::seconds);

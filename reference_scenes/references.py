@@ -11,12 +11,14 @@ says that it differs. 'tables' renders nothing and makes the tables of what is t
 
 import json
 import pathlib
-import struct
 import subprocess
 import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "images"))
+from exr import attributes  # noqa: E402
+
 OUT = ROOT / "out" / "references"
 DOCUMENT = ROOT / "docs" / "agreement.md"
 SCENES = ["cornell", "seed"]
@@ -171,24 +173,6 @@ def write_tables(reports, by_side):
     text = DOCUMENT.read_text(encoding="utf-8")
     before, after = text.split(begin)[0], text.split(end)[1]
     DOCUMENT.write_text("\n".join([before + begin, "", *rows, "", end]) + after, encoding="utf-8")
-
-
-def attributes(file):
-    """The text and number attributes 'plumbline:...' of an EXR file's header."""
-    data = file.read_bytes()
-    found, at = {}, 8
-    while data[at]:
-        name, kind, rest = data[at:at + 600].split(b"\0", 2)
-        at += len(name) + len(kind) + 2
-        size = struct.unpack_from("<i", data, at)[0]
-        value = data[at + 4:at + 4 + size]
-        at += 4 + size
-        formats = {b"double": "<d", b"int": "<i"}
-        if name.startswith(b"plumbline:"):
-            key = name.decode()[len("plumbline:"):]
-            found[key] = (struct.unpack(formats[kind], value)[0] if kind in formats
-                          else value.decode())
-    return found
 
 
 def floor(scene, name, reports):

@@ -1,0 +1,106 @@
+"""What may be relied on about the report: what is rendered once is kept, programs that are missing
+are stood in for, and an interrupt loses nothing. Run as: make_report_test.py PLUMB"""
+
+import base64
+import json
+import os
+import pathlib
+import re
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import zlib
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "report"))
+import make_report  # noqa: E402
+
+
+def data_of(file):
+    text = file.read_text("utf-8")
+    return json.loads(re.search(r'<script type="application/json"[^>]*>(.*?)</script>', text,
+                                re.DOTALL)[1])
+
+
+class ReportWithoutOtherPrograms(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.plan = make_report.Plan(out=pathlib.Path(cls.folder.name), scenes=("cornell",),
+                                    methods="mis", samplers="sobol", last=16, runs=2)
+        make_report.installed = lambda: []
+        cls.file, cls.lines = make_report.make(PLUMB, cls.plan)
+        cls.scene = data_of(cls.file)["scenes"][0]
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_says_what_is_missing_and_shows_what_is_stored(self):
+        notes = " ".join(data_of(self.file)["notes"])
+        for program in ("Cycles", "POV-Ray", "Mitsuba"):
+            self.assertIn(f"{program} is not installed", notes)
+        titles = [picture["title"] for picture in self.scene["pictures"]]
+        self.assertEqual(titles, ["Plumbline, 16 spp", "Plumbline, stored", "Cycles, stored",
+                                  "POV-Ray, stored"])
+
+    def test_stored_programs_agree(self):
+        verdicts = {(v["test"], v["reference"]): v["verdict"] for v in self.scene["verdicts"]}
+        self.assertEqual(verdicts["Plumbline, stored", "Cycles, stored"], "same")
+        self.assertEqual(len(self.lines), len(verdicts))
+
+    def test_plots_have_each_series(self):
+        for kind in ("convergence", "chart"):
+            self.assertIn("plumbline mis sobol bounces 0:5", self.scene[kind]["svg"])
+            self.assertTrue(self.scene[kind]["table"]["rows"])
+
+    def test_pictures_hold_what_the_files_hold(self):
+        stored = self.scene["pictures"][2]
+        halves = zlib.decompress(base64.b64decode(stored["values"]))
+        low, high = halves[:65536], halves[65536:131072]  # of red
+        pixel = 128 * 256 + 128
+        red = struct.unpack("<e", bytes([low[pixel], high[pixel]]))[0]
+        answer = subprocess.run(
+            ["oiiotool", ROOT / "reference_scenes/cornell/cycles.exr", "--cut", "1x1+128+128",
+             "--printstats"], capture_output=True, text=True, check=True).stdout
+        average = float(re.search(r"Stats Avg: *([0-9.]+)", answer)[1])
+        self.assertAlmostEqual(red, average, delta=average / 1024)
+
+    def test_keeps_what_is_rendered(self):
+        def times():
+            kept = (self.plan.out / "report" / "cornell").rglob("*.exr")
+            return {file: file.stat().st_mtime_ns for file in kept}
+        before = times()
+        self.assertEqual(len(before), 20)
+        make_report.make(PLUMB, self.plan)
+        self.assertEqual(times(), before)
+
+
+class InterruptedReport(unittest.TestCase):
+    def test_ends_as_interrupted_and_keeps_what_is_finished(self):
+        script = ("import sys, pathlib; sys.path.insert(0, 'report'); import make_report as m; "
+                  "m.installed = lambda: []; "
+                  f"plan = m.Plan(out=pathlib.Path(sys.argv[1])); m.make({PLUMB!r}, plan)")
+        with tempfile.TemporaryDirectory() as folder:
+            kept = pathlib.Path(folder) / "report" / "cornell" / "whole"
+            process = subprocess.Popen([sys.executable, "-c", script, folder], cwd=ROOT,
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                       start_new_session=True)
+            deadline = time.monotonic() + 60
+            while not list(kept.glob("*.exr")) and time.monotonic() < deadline:
+                time.sleep(0.05)
+            os.killpg(process.pid, signal.SIGINT)
+            process.communicate(timeout=60)
+            self.assertNotEqual(process.returncode, 0)
+            self.assertTrue(list(kept.glob("*.exr")))
+            self.assertFalse(list(kept.glob("*.part")))
+            self.assertFalse((pathlib.Path(folder) / "report.html").exists())
+
+
+if __name__ == "__main__":
+    PLUMB = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    unittest.main()
