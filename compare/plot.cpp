@@ -50,8 +50,9 @@ std::string script(const Plot& plot, const fs::path& file, bool is_svg) {
     text += data_block(fmt::format("points{}", ++i), curve.points);
     const char* const style = curve.fit.empty() ? "yerrorlines" : "yerrorbars";
     commands += fmt::format(
-        "{}$points{} using 1:2:3:4 with {} linewidth 1.5 linecolor {} pointtype {} title {}",
-        commands.empty() ? "" : ", ", i, style, i, i + 3, quoted(curve.name));
+        "{}$points{} using 1:2:3:4 with {} linewidth 1.5 linecolor {} dashtype {} pointtype {} "
+        "title {}",
+        commands.empty() ? "" : ", ", i, style, i, i > 8 ? 2 : 1, i + 3, quoted(curve.name));
     if (curve.fit.empty()) continue;
     text += data_block(fmt::format("fit{}", i), curve.fit);
     commands += fmt::format(", $fit{} using 1:2 with lines linecolor {} notitle", i, i);
