@@ -25,8 +25,8 @@ Exhibit convergence(const Study& study);
 
 // Relative error, the root of relMSE, against seconds of rendering, with the Pareto front: those
 // points than which none is both faster and more accurate. Variance x time is that of a series'
-// last point, and the best one is the best without a bias. The times to 1 % and to 0.1 % follow from
-// the power law and are marked with ~ where no render took as long.
+// last point, and the best one is the best without a bias. The times to 1 % and to 0.1 % follow
+// from the power law and are marked with ~ where no render took as long.
 Exhibit speed_and_accuracy(const Study& study);
 
 std::string to_text(const Exhibit& exhibit);
