@@ -45,6 +45,10 @@ void add(Metadata& whole, Metadata& part) {
       throw ImageError(fmt::format("not the same {} as in the parts before", key));
     }
   }
+  const auto fault = [](const Metadata& metadata) {
+    return metadata_value<std::string>(metadata, "fault");
+  };
+  if (fault(whole) != fault(part)) throw ImageError("not the same fault as in the parts before");
   for (const char* key : {"wallSeconds", "cpuSeconds", "rays"}) {
     get<double>(whole, key) += get<double>(part, key);
   }

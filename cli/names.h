@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/faults.h"
 #include "renderer/region_mask.h"
 #include "renderer/scene.h"
 #include "renderer/settings.h"
@@ -53,6 +54,20 @@ auto one_of(const Words<Enum>& words) {
     }
     refuse(text, "one of " + all);
   };
+}
+
+inline std::string fault_name(Fault fault) {
+  return fault == Fault::none ? "none"
+                              : std::ranges::find(faults(), fault, &FaultDescription::fault)->name;
+}
+
+inline Fault parse_fault(const std::string& text) {
+  std::string all;
+  for (const FaultDescription& known : faults()) {
+    if (text == known.name) return known.fault;
+    all += fmt::format("\n  {:<20}{}", known.name, known.text);
+  }
+  refuse(text, "one of" + all);
 }
 
 // A parser of numbers in a range.

@@ -33,6 +33,7 @@ struct Options {
   std::optional<SampleRange> samples;
   std::optional<std::pair<int, int>> size;
   std::optional<RegionKind> mask;
+  Fault fault = Fault::none;
   double exposure = 0.0;
 };
 
@@ -76,6 +77,9 @@ void add_options(CLI::App& command, Options& options) {
              "lit, in penumbra, in umbra)");
   add_option(command, "--exposure", "EV", options.exposure, number(-100.0, 100.0),
              "Brighten the .png by so many stops (default: 0)");
+  add_option(command, "--fault", "NAME", options.fault, parse_fault,
+             "Plant a classic bug, to see whether it is found: a\n"
+             "wrong name lists them all (float only)");
 }
 
 void check_outputs(const std::vector<std::string>& files) {
@@ -137,14 +141,15 @@ void write_images(const Image& image, const Options& options) {
   }
 }
 
-int run(const Options& options) {
+int run(Options options) {
   check_outputs(options.outputs);
   const Limits limits = limits_of(options);
-  const Scene scene = load_scene(options);
+  Scene scene = load_scene(options);
   if (options.mask) {
     write_images(to_image(region_mask(scene, *options.mask), scene.camera), options);
     return 0;
   }
+  plant(options.fault, scene, options.settings);
   Film film(scene.camera.width, scene.camera.height);
   listen_for_interrupts();
   const Cost cost = render_with_progress(scene, options, limits, film);
@@ -154,6 +159,9 @@ int run(const Options& options) {
   Image image = to_image(film, options.samples.has_value());
   image.metadata =
       describe(scene, options.settings, {first, first + film.samples_per_pixel()}, film, cost);
+  if (options.fault != Fault::none) {
+    image.metadata.emplace_back("fault", fault_name(options.fault));
+  }
   fmt::print("{}, {}x{}: {} spp in {:.2f} s ({}samples/s, {}rays/s), {}\n", scene.name,
              film.width(), film.height(), film.samples_per_pixel(), cost.wall_seconds,
              rate(cost, cost.samples), rate(cost, cost.rays), error_text(film.relative_error()));

@@ -11,6 +11,7 @@
 #include <ctime>
 #include <stdexcept>
 
+#include "renderer/faults.h"
 #include "renderer/trace.h"
 
 namespace plumb {
@@ -61,6 +62,12 @@ int64_t pass_size(const Limits& limits, const Progress& progress) {
   return std::clamp<int64_t>(static_cast<int64_t>(size), 1, 4 * progress.samples_per_pixel);
 }
 
+int64_t trace_job(const TraceJob<float>& job) {
+  return job.settings.fault == Fault::none ? trace(job) : trace_faulty(job);
+}
+
+int64_t trace_job(const TraceJob<double>& job) { return trace(job); }
+
 template <typename T>
 Cost render_as(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
                const ProgressCallback& callback, const std::atomic<bool>* stop) {
@@ -78,7 +85,7 @@ Cost render_as(const Scene& scene, const Settings& settings, const Limits& limit
     std::atomic<int64_t> next_pixel{0};
     std::atomic<int64_t> rays{0};
     const TraceJob<T> job{packed, settings, samples, film, next_pixel};
-    arena.execute([&] { tbb::parallel_for(0, threads, [&](int) { rays += trace(job); }); });
+    arena.execute([&] { tbb::parallel_for(0, threads, [&](int) { rays += trace_job(job); }); });
     film.count(samples);
     progress.samples_per_pixel += samples.count();
     progress.cost = {.wall_seconds = wall_now() - wall_start,
@@ -98,6 +105,8 @@ Cost render(const Scene& scene, const Settings& settings, const Limits& limits, 
             const ProgressCallback& progress, const std::atomic<bool>* stop) {
   if (limits.samples.count() <= 0) throw std::invalid_argument("no samples to render");
   if (settings.precision == Precision::float64) {
+    if (settings.fault != Fault::none)
+      throw std::invalid_argument("a fault of the tracer: float only");
     return render_as<double>(scene, settings, limits, film, progress, stop);
   }
   return render_as<float>(scene, settings, limits, film, progress, stop);

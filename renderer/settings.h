@@ -36,6 +36,9 @@ struct BounceRange {
   bool is_everything() const { return first == 0 && last == BounceRange{}.last; }
 };
 
+// None, or a bug that is planted on purpose: see faults.h.
+enum class Fault : int;
+
 struct Settings {
   Method method = Method::mis;
   Sampler sampler = Sampler::sobol;
@@ -43,6 +46,7 @@ struct Settings {
   uint32_t seed = 0;
   BounceRange bounces;
   int threads = 0;  // 0: all that the machine has
+  Fault fault{};    // set by plant() alone
 };
 
 }  // namespace plumb

@@ -14,10 +14,12 @@
 HWY_BEFORE_NAMESPACE();
 namespace plumb::HWY_NAMESPACE {
 
-int64_t trace_float(const TraceJob<float>& job) { return trace_paths<hn::ScalableTag<float>>(job); }
+int64_t trace_float(const TraceJob<float>& job) {
+  return trace_paths<Estimator<hn::ScalableTag<float>>>(job);
+}
 
 int64_t trace_double(const TraceJob<double>& job) {
-  return trace_paths<hn::ScalableTag<double>>(job);
+  return trace_paths<Estimator<hn::ScalableTag<double>>>(job);
 }
 
 const char* target() { return hwy::TargetName(HWY_TARGET); }

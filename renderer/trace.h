@@ -26,6 +26,9 @@ struct TraceJob {
 int64_t trace(const TraceJob<float>& job);
 int64_t trace(const TraceJob<double>& job);
 
+// The same with the fault of the job's settings.
+int64_t trace_faulty(const TraceJob<float>& job);
+
 // The instruction set that trace() uses on this machine.
 const char* trace_target();
 

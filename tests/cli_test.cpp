@@ -130,7 +130,8 @@ class CliTest : public testing::Test {
 };
 
 TEST_F(CliTest, EveryHelpHasAnExampleAndFitsIntoATerminal) {
-  for (const std::string command : {"", "render ", "merge ", "export ", "reference ", "compare "}) {
+  for (const std::string command :
+       {"", "render ", "merge ", "export ", "reference ", "compare "}) {
     const Result result = plumb(command + "--help");
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_EQ(result.err, "");
@@ -170,6 +171,7 @@ TEST_F(CliTest, TroubleIsToldInOneLineBeforeAnyFileIsTouched) {
       {"render scene.xml -o new.exr --seed -1", "--seed"},
       {"render scene.xml -o new.exr --threads 0", "--threads"},
       {"render unlit -o earlier.exr", "unlit"},
+      {"render scene.xml -o new.exr --fault inverse-pi --precision double", "float only"},
       {"merge", "PART"},
       {"merge missing.exr -o new.exr", "missing.exr"},
       {"merge earlier.exr -o earlier.exr", "earlier.exr: not an EXR image"},
@@ -241,10 +243,14 @@ TEST_F(CliTest, MergedPartsEqualTheWhole) {
 
 TEST_F(CliTest, MergeRefusesWhatDoesNotBelongTogether) {
   const std::pair<std::string, std::string> parts[] = {
-      {"a", "scene.xml --samples 0:8"},       {"overlap", "scene.xml --samples 4:12"},
-      {"later", "scene.xml --samples 12:16"}, {"seed", "scene.xml --samples 8:16 --seed 1"},
-      {"scene", "unlit.xml --samples 8:16"},  {"size", "scene.xml --samples 8:16 --size 6x8"},
+      {"a", "scene.xml --samples 0:8"},
+      {"overlap", "scene.xml --samples 4:12"},
+      {"later", "scene.xml --samples 12:16"},
+      {"seed", "scene.xml --samples 8:16 --seed 1"},
+      {"scene", "unlit.xml --samples 8:16"},
+      {"size", "scene.xml --samples 8:16 --size 6x8"},
       {"whole", "scene.xml --spp 8"},
+      {"fault", "scene.xml --samples 8:16 --fault half-pixel"},
   };
   for (const auto& [name, arguments] : parts) {
     ASSERT_EQ(plumb("render -o " + name + ".exr " + arguments).exit_code, 0);
@@ -253,10 +259,28 @@ TEST_F(CliTest, MergeRefusesWhatDoesNotBelongTogether) {
       {"a", "samples 0:8 and 0:8 overlap"},           {"overlap", "samples 0:8 and 4:12 overlap"},
       {"later", "samples 0:8 and 12:16 leave a gap"}, {"seed", "seed.exr: not the same seed"},
       {"scene", "scene.exr: not the same scene"},     {"size", "size.exr: not the same size"},
-      {"whole", "whole.exr: lacks replicates"},
+      {"whole", "whole.exr: lacks replicates"},       {"fault", "fault.exr: not the same fault"},
   };
   for (const auto& [other, fragment] : cases) {
     expect_trouble("merge a.exr " + other + ".exr -o new.exr", fragment);
+  }
+}
+
+TEST_F(CliTest, PlantedFaultIsToldByThePicture) {
+  const Image faulty = render("scene.xml --fault webgl-demo");
+  EXPECT_EQ(get<std::string>(faulty, "fault"), "webgl-demo");
+  const Image healthy = render("scene.xml");
+  EXPECT_THROW(get<std::string>(healthy, "fault"), std::out_of_range);
+  EXPECT_NE(faulty.values, healthy.values);
+}
+
+TEST_F(CliTest, UnknownFaultIsAnsweredByAllThatAreKnown) {
+  for (const char* command : {"render scene.xml -o new.exr"}) {
+    const Result result = plumb(std::string(command) + " --fault inverse");
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_NE(result.err.find("'inverse' is not one of\n"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("\n  inverse-pi          1/pi is forgotten"), std::string::npos);
+    EXPECT_EQ(std::ranges::count(result.err, '\n'), 15);
   }
 }
 

@@ -115,19 +115,57 @@ struct DirectLight {
   Bool<D> any;
 };
 
+// The chances that a path takes, and the weights that make up for them.
+template <class Lanes>
+struct Estimator {
+  using D = Lanes;
+  using T = hn::TFromD<D>;
+  using R = Real<D>;
+  using Lamp = PackedLamp<T>;
+
+  explicit Estimator(const TraceJob<T>&) {}
+
+  HWY_INLINE Sample<D> draw(Sampler sampler, const SampleIndex<D>& index, Bits<D> pair) const {
+    return plumb::HWY_NAMESPACE::draw(sampler, index, pair);
+  }
+  HWY_INLINE V3<D> sample_direction(V3<D> normal, R u, R v) const {
+    return sample_cosine_hemisphere(frame_around(normal), u, v);
+  }
+  HWY_INLINE LampSample<D> sample_lamp(const Lamp& lamp, V3<D> p, R u, R v) const {
+    return plumb::HWY_NAMESPACE::sample_lamp(lamp, p, u, v);
+  }
+  HWY_INLINE R inverse_lamp_pdf(const Lamp& lamp, V3<D> p, R distance) const {
+    return plumb::HWY_NAMESPACE::inverse_lamp_pdf(lamp, p, distance);
+  }
+
+  // The balance heuristic for a sampled lamp: both densities, in units of the lamp's.
+  HWY_INLINE R sum_of_pdfs(R lamp, R direction) const { return lamp + direction; }
+
+  // What light adds to the picture after so many bounces: all of it.
+  HWY_INLINE V3<D> contribution(V3<D> light, R) const { return light; }
+
+  // Russian roulette. Paths dimmer than a third die in part; a third gave the least variance x time
+  // on the Cornell box, of 1, 1/1.5, 1/2, 1/2.5, 1/3, 1/4, 1/5 and 1/10.
+  HWY_INLINE R survival(V3<D> throughput) const {
+    return min(R(1), R(3) * max(throughput.x, max(throughput.y, throughput.z)));
+  }
+  HWY_INLINE R survivor_weight(R survival) const { return R(1) / survival; }
+};
+
 // A vector of paths, one per lane. The renderer is the measurement equation, vertex by vertex:
 //
 //   radiance = sum over vertices of throughput * (emission met by chance + light of a sampled lamp)
 //   throughput = product over vertices of bsdf * cosine / pdf / survival
-template <class D>
+template <class Estimator>
 class Packet {
+  using D = typename Estimator::D;
   using T = hn::TFromD<D>;
   using R = Real<D>;
   using Table = SurfaceTable<T>;
 
  public:
   explicit Packet(const TraceJob<T>& job)
-      : scene_(job.scene), settings_(job.settings), samples_(job) {
+      : scene_(job.scene), settings_(job.settings), estimator_(job), samples_(job) {
     radiance_ = throughput_ = V3<D>(R(0));
     ray_ = {V3<D>(R(0)), V3<D>(R(0)), R(0)};
     pdf_ = depth_ = R(0);
@@ -145,7 +183,7 @@ class Packet {
     if (!busy_.any()) return false;
     index_ = samples_.index();
     depth_ = select(alive_, depth_, R(0));
-    const Sample<D> sample = draw(settings_.sampler, index_, pair(1));
+    const Sample<D> sample = estimator_.draw(settings_.sampler, index_, pair(1));
     scatter(sample);
     ray_.origin = select(alive_, vertex_.point, V3<D>(scene_.camera.origin));
     ray_.backward = select(alive_, ray_.backward, backward_from_camera(sample));
@@ -171,7 +209,7 @@ class Packet {
 
   // Samples the lamps, and plays Russian roulette.
   void sample_lamps() {
-    const Sample<D> sample = draw(settings_.sampler, index_, pair(0));
+    const Sample<D> sample = estimator_.draw(settings_.sampler, index_, pair(0));
     light_.any = Bool<D>::none();
     if (settings_.method != Method::bsdf) choose_lamps(sample);
     survive(sample.w);
@@ -196,7 +234,7 @@ class Packet {
 
   void scatter(const Sample<D>& sample) {
     const V3<D> normal = vertex_.normal;
-    const V3<D> direction = sample_cosine_hemisphere(frame_around(normal), sample.u, sample.v);
+    const V3<D> direction = estimator_.sample_direction(normal, sample.u, sample.v);
     pdf_ = dot(normal, direction) * R::inverse_pi();
     const V3<D> arrived = ray_.backward;
     ray_.backward = -direction;
@@ -273,14 +311,14 @@ class Packet {
       V3<D> light = throughput_ * V3<D>(lamp.radiance);
       if (settings_.method == Method::mis) {
         // The balance heuristic: pdf / (pdf + probability / inverse).
-        const R inverse = inverse_lamp_pdf(lamp, ray_.origin, hit.distance);
+        const R inverse = estimator_.inverse_lamp_pdf(lamp, ray_.origin, hit.distance);
         const R weight = R(1) / (R(1) + R(lamp.probability) / (pdf_ * inverse));
         light = light * weight;
         lit = lit & (weight > R(0));  // not where lamp and vertex touch and nothing is defined
       } else if (settings_.method == Method::nee) {
         lit = lit & (pdf_ == R(certain));
       }
-      radiance_ = select(lit, radiance_ + light, radiance_);
+      radiance_ = select(lit, radiance_ + estimator_.contribution(light, depth_), radiance_);
     }
   }
 
@@ -292,7 +330,8 @@ class Packet {
       const R u = (sample.u - R(lamp.choice_begin)) / R(lamp.probability);
       const Bool<D> chosen = &lamp == &scene_.lamps.back() ? left : left & (u < R(1));
       left = left & !chosen;
-      if (chosen.any()) send_light(lamp, chosen, sample_lamp(lamp, vertex_.point, u, sample.v));
+      if (!chosen.any()) continue;
+      send_light(lamp, chosen, estimator_.sample_lamp(lamp, vertex_.point, u, sample.v));
     }
   }
 
@@ -302,23 +341,22 @@ class Packet {
     // cosine / pi / pdf, where the balance heuristic adds the pdf of scattering there, cosine / pi.
     const R share = cosine * R::inverse_pi() * to_lamp.inverse_pdf;
     R probability(lamp.probability);
-    if (settings_.method == Method::mis) probability = probability + share;
+    if (settings_.method == Method::mis) probability = estimator_.sum_of_pdfs(probability, share);
     const V3<D> radiance = throughput_ * V3<D>(lamp.radiance) * (share / probability);
     light_.ray.origin = vertex_.point;
     light_.ray.leaves = vertex_.id;
     light_.ray.backward = select(chosen, -to_lamp.direction, light_.ray.backward);
     light_.distance = select(chosen, to_lamp.distance, light_.distance);
     light_.lamp = select(chosen, R(lamp.id), light_.lamp);
-    light_.radiance = select(chosen, radiance, light_.radiance);
+    const V3<D> counted = estimator_.contribution(radiance, depth_ + R(1));
+    light_.radiance = select(chosen, counted, light_.radiance);
     light_.any = light_.any | chosen;
   }
 
-  // Russian roulette. Paths dimmer than a third die in part; a third gave the least variance x time
-  // on the Cornell box, of 1, 1/1.5, 1/2, 1/2.5, 1/3, 1/4, 1/5 and 1/10.
+  // Russian roulette.
   void survive(R w) {
-    const R brightest = max(throughput_.x, max(throughput_.y, throughput_.z));
-    const R survival = min(R(1), R(3) * brightest);
-    throughput_ = throughput_ * (R(1) / survival);
+    const R survival = estimator_.survival(throughput_);
+    throughput_ = throughput_ * estimator_.survivor_weight(survival);
     alive_ = alive_ & (w < survival);
   }
 
@@ -333,6 +371,7 @@ class Packet {
 
   const PackedScene<T>& scene_;
   const Settings& settings_;
+  Estimator estimator_;
   LaneSamples<D> samples_;
   SampleIndex<D> index_;
   Bool<D> busy_;   // lanes with a sample
@@ -348,9 +387,9 @@ class Packet {
 
 // Two packets take turns at each stage: the processor has work from one while the other waits for
 // divisions and square roots.
-template <class D>
-int64_t trace_paths(const TraceJob<hn::TFromD<D>>& job) {
-  Packet<D> packets[2] = {Packet<D>(job), Packet<D>(job)};
+template <class Estimator>
+int64_t trace_paths(const TraceJob<typename Estimator::T>& job) {
+  Packet<Estimator> packets[2] = {Packet<Estimator>(job), Packet<Estimator>(job)};
   for (;;) {
     bool busy = false;
     for (auto& packet : packets) busy |= packet.next_ray();

@@ -1,0 +1,44 @@
+// Classic bugs, planted on purpose: what a comparison must be able to see. docs/faults.md tells
+// where each is met in the wild.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "renderer/scene.h"
+#include "renderer/settings.h"
+
+namespace plumb {
+
+enum class Fault : int {
+  none,
+  emitter_cosine,
+  inverse_pi,
+  uniform_directions,
+  five_bounces,
+  roulette_weight,
+  clamp_indirect,
+  two_sided_lamp,
+  half_lamp_area,
+  one_sided_mis,
+  gamma_reflectance,
+  half_pixel,
+  tangent_frame,
+  webgl_random,
+  webgl_demo
+};
+
+struct FaultDescription {
+  std::string name;
+  Fault fault;
+  std::string text;
+};
+
+// All but `none`.
+const std::vector<FaultDescription>& faults();
+
+// Changes scene and settings so that render() shows the fault. Faults that are not just another
+// scene or setting are for render() in float alone, which throws std::invalid_argument else.
+void plant(Fault fault, Scene& scene, Settings& settings);
+
+}  // namespace plumb

@@ -1,0 +1,174 @@
+// The estimator with one of the faults of faults.h, chosen at run time.
+#include "renderer/faults.h"
+#include "renderer/simd/path-inl.h"
+
+#if defined(PLUMB_SIMD_FAULTS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PLUMB_SIMD_FAULTS_INL_H
+#undef PLUMB_SIMD_FAULTS_INL_H
+#else
+#define PLUMB_SIMD_FAULTS_INL_H
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace plumb::HWY_NAMESPACE {
+
+template <class D>
+HWY_INLINE V3<D> cross(V3<D> a, V3<D> b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+// The helper of the WebGL demos crosses the normal with a fixed axis: its tangents are as short as
+// the sine of the angle between the two.
+template <class D>
+HWY_INLINE Frame<D> short_frame_around(V3<D> n) {
+  using R = Real<D>;
+  const V3<D> x_axis(R(1), R(0), R(0)), y_axis(R(0), R(1), R(0));
+  const V3<D> tangent = cross(n, select(abs(n.x) < R(0.5f), x_axis, y_axis));
+  return {tangent, cross(n, tangent), n};
+}
+
+// The cosine of the angle at a lamp's point that is so far from p.
+template <class D>
+HWY_INLINE Real<D> emitter_cosine(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p,
+                                  Real<D> distance) {
+  using R = Real<D>;
+  const V3<D> from_lamp = p - V3<D>(lamp.corner);
+  if (lamp.kind == PackedLamp<hn::TFromD<D>>::Kind::rectangle) {
+    return dot(from_lamp, V3<D>(lamp.normal)) / distance;
+  }
+  const R radius(lamp.radius);
+  const R squares = dot(from_lamp, from_lamp) - radius * radius - distance * distance;
+  return squares / (R(2) * radius * distance);
+}
+
+// The random number of the WebGL demos, from 0 to 1.
+template <class D>
+HWY_INLINE Real<D> webgl_random(Real<D> x, Real<D> y, Real<D> seed) {
+  using R = Real<D>;
+  const R product = sin(x * R(12.9898f) + y * R(78.233f) + seed) * R(43758.5453f);
+  return product - hn::Floor(product.v);
+}
+
+// Their seed of a frame: the part of the second that a clock of milliseconds shows. A display shows
+// 2997 frames in 50 seconds; by then the clock has shown all there is.
+HWY_INLINE float webgl_seed(uint32_t frame) {
+  constexpr uint64_t seconds = 50, frames = 2997, milliseconds = 1000;
+  const uint64_t time = frame * seconds * milliseconds / frames;
+  return static_cast<float>(time % milliseconds) / static_cast<float>(milliseconds);
+}
+
+template <class Lanes>
+struct FaultyEstimator : Estimator<Lanes> {
+  using Base = Estimator<Lanes>;
+  using typename Base::D;
+  using typename Base::Lamp;
+  using typename Base::R;
+  using typename Base::T;
+
+  explicit FaultyEstimator(const TraceJob<T>& job)
+      : Base(job),
+        fault(job.settings.fault),
+        is_webgl(fault == Fault::webgl_random || fault == Fault::webgl_demo),
+        start(job.settings.seed),
+        width(static_cast<uint32_t>(job.film.width())) {}
+
+  // A frame is a sample of each pixel. The seeds of what it draws differ by whole seconds.
+  Sample<D> draw(Sampler sampler, const SampleIndex<D>& index, Bits<D> pair) {
+    if (!is_webgl) return Base::draw(sampler, index, pair);
+    const D d;
+    const typename Bits<D>::DU du;
+    constexpr size_t lanes = hn::MaxLanes(D());
+    alignas(64) uint32_t pixel[lanes], frame[lanes];
+    alignas(64) T x[lanes], y[lanes], seed[lanes];
+    hn::Store(index.pixel.v, du, pixel);
+    hn::Store((index.index * uint32_t{Film::replicates} + index.replicate).v, du, frame);
+    for (size_t lane = 0; lane < lanes; ++lane) {
+      x[lane] = static_cast<T>(pixel[lane] % width);
+      y[lane] = static_cast<T>(pixel[lane] / width);
+      seed[lane] = webgl_seed(start + frame[lane]);
+    }
+    const hn::RebindToSigned<D> di;
+    R dimension = hn::ConvertTo(d, hn::BitCast(di, (pair * 3u).v));
+    const auto next = [&] {
+      const R number =
+          webgl_random<D>(hn::Load(d, x), hn::Load(d, y), hn::Load(d, seed) + dimension);
+      dimension = dimension + R(1);
+      return number;
+    };
+    const R u = next(), v = next();
+    third = next();
+    return {u, v, third};
+  }
+
+  V3<D> sample_direction(V3<D> normal, R u, R v) const {
+    if (fault == Fault::uniform_directions) {
+      return turn(frame_around(normal), u, sqrt(R(1) - u * u), v);
+    }
+    if (fault == Fault::tangent_frame) {
+      return normalize(sample_cosine_hemisphere(short_frame_around(normal), u, v));
+    }
+    return Base::sample_direction(normal, u, v);
+  }
+
+  LampSample<D> sample_lamp(const Lamp& lamp, V3<D> p, R u, R v) const {
+    if (fault == Fault::webgl_demo) return sample_ball(lamp, p, u, v);
+    LampSample<D> sample = Base::sample_lamp(lamp, p, u, v);
+    sample.inverse_pdf = spoil(sample.inverse_pdf, lamp, p, sample.distance);
+    if (fault == Fault::inverse_pi) sample.inverse_pdf = sample.inverse_pdf * R::pi();
+    return sample;
+  }
+
+  R inverse_lamp_pdf(const Lamp& lamp, V3<D> p, R distance) const {
+    return spoil(Base::inverse_lamp_pdf(lamp, p, distance), lamp, p, distance);
+  }
+
+  R sum_of_pdfs(R lamp, R direction) const {
+    if (fault == Fault::one_sided_mis) return lamp;
+    return lamp + (fault == Fault::inverse_pi ? direction * R::inverse_pi() : direction);
+  }
+
+  V3<D> contribution(V3<D> light, R bounces) const {
+    if (fault != Fault::clamp_indirect) return light;
+    const R most = select(bounces > R(1), R(10), R(std::numeric_limits<T>::infinity()));
+    return {min(light.x, most), min(light.y, most), min(light.z, most)};
+  }
+
+  R survival(V3<D> throughput) const {
+    return fault == Fault::webgl_demo ? R(1) : Base::survival(throughput);
+  }
+
+  R survivor_weight(R survival) const {
+    return fault == Fault::roulette_weight ? R(1) : Base::survivor_weight(survival);
+  }
+
+ private:
+  R spoil(R inverse_pdf, const Lamp& lamp, V3<D> p, R distance) const {
+    if (fault == Fault::half_lamp_area) return inverse_pdf * R(0.5f);
+    if (fault == Fault::emitter_cosine)
+      return inverse_pdf / max(emitter_cosine(lamp, p, distance), R(1e-4f));
+    return inverse_pdf;
+  }
+
+  // A point in a ball as large as the lamp, as bright from everywhere as the lamp from straight
+  // below at distance 1, half the scene's size.
+  LampSample<D> sample_ball(const Lamp& lamp, V3<D> p, R u, R v) const {
+    const R z = R(1) - (u + u);
+    const V3<D> aside = V3<D>(lamp.x) * (lamp.x_length / 2) + V3<D>(lamp.y) * (lamp.y_length / 2);
+    const Frame<D> axes{{R(1), R(0), R(0)}, {R(0), R(1), R(0)}, {R(0), R(0), R(1)}};
+    const R radius = sqrt(third * R(lamp.area / (4 * std::numbers::pi_v<T>)));
+    const V3<D> jitter = turn(axes, z, sqrt(max(R(1) - z * z, R(0))), v) * radius;
+    const V3<D> to_point = V3<D>(lamp.corner) + aside + jitter - p;
+    const R distance = sqrt(dot(to_point, to_point));
+    return {to_point * (R(1) / distance), distance, R(lamp.area), !Bool<D>::none()};
+  }
+
+  Fault fault;
+  bool is_webgl;
+  uint32_t start;  // the clock's first frame
+  uint32_t width;
+  R third = R(0);  // the last number drawn
+};
+
+}  // namespace plumb::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

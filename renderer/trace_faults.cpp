@@ -1,0 +1,36 @@
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <type_traits>
+
+#include "renderer/trace.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "renderer/trace_faults.cpp"
+#include <hwy/foreach_target.h>
+
+#include "renderer/simd/faults-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace plumb::HWY_NAMESPACE {
+
+int64_t trace_with_fault(const TraceJob<float>& job) {
+  return trace_paths<FaultyEstimator<hn::ScalableTag<float>>>(job);
+}
+
+}  // namespace plumb::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace plumb {
+
+HWY_EXPORT(trace_with_fault);
+
+int64_t trace_faulty(const TraceJob<float>& job) {
+  return HWY_DYNAMIC_DISPATCH(trace_with_fault)(job);
+}
+
+}  // namespace plumb
+#endif
