@@ -15,6 +15,7 @@ void add_merge(CLI::App& app);
 void add_compare(CLI::App& app, int& exit_code);
 void add_converge(CLI::App& app, int& exit_code);
 void add_chart(CLI::App& app, int& exit_code);
+void add_power(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app);
 void add_reference(CLI::App& app, int& exit_code);
 

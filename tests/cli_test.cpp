@@ -131,7 +131,7 @@ class CliTest : public testing::Test {
 
 TEST_F(CliTest, EveryHelpHasAnExampleAndFitsIntoATerminal) {
   for (const std::string command :
-       {"", "render ", "merge ", "export ", "reference ", "compare "}) {
+       {"", "render ", "merge ", "export ", "reference ", "compare ", "power "}) {
     const Result result = plumb(command + "--help");
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_EQ(result.err, "");
@@ -172,6 +172,8 @@ TEST_F(CliTest, TroubleIsToldInOneLineBeforeAnyFileIsTouched) {
       {"render scene.xml -o new.exr --threads 0", "--threads"},
       {"render unlit -o earlier.exr", "unlit"},
       {"render scene.xml -o new.exr --fault inverse-pi --precision double", "float only"},
+      {"power scene.xml", "plumbline.exr"},
+      {"power scene.xml --time 0", "--time"},
       {"merge", "PART"},
       {"merge missing.exr -o new.exr", "missing.exr"},
       {"merge earlier.exr -o earlier.exr", "earlier.exr: not an EXR image"},
@@ -275,13 +277,57 @@ TEST_F(CliTest, PlantedFaultIsToldByThePicture) {
 }
 
 TEST_F(CliTest, UnknownFaultIsAnsweredByAllThatAreKnown) {
-  for (const char* command : {"render scene.xml -o new.exr"}) {
+  for (const char* command : {"render scene.xml -o new.exr", "power scene.xml"}) {
     const Result result = plumb(std::string(command) + " --fault inverse");
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_NE(result.err.find("'inverse' is not one of\n"), std::string::npos) << result.err;
     EXPECT_NE(result.err.find("\n  inverse-pi          1/pi is forgotten"), std::string::npos);
     EXPECT_EQ(std::ranges::count(result.err, '\n'), 15);
   }
+}
+
+// The lines of a table, its head left out.
+std::vector<std::string> rows_of(const std::string& table) {
+  std::vector<std::string> rows;
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) rows.push_back(line);
+  EXPECT_GE(rows.size(), 2U);
+  rows.erase(rows.begin(), rows.begin() + std::min<ptrdiff_t>(2, std::ssize(rows)));
+  return rows;
+}
+
+TEST_F(CliTest, PowerFindsFaultsAndNothingWhereThereIsNone) {
+  const std::string scenes = PLUMB_SCENES;
+  const Result result =
+      plumb("power --time 0.2 " + scenes + "/cornell/scene.xml " + scenes + "/seed/scene.xml");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::vector<std::string> rows = rows_of(result.out);
+  EXPECT_EQ(rows.size(), 30U) << result.out;
+  for (const std::string& row : rows) {
+    const bool is_found = row.find("not found") == std::string::npos;
+    const auto tells = [&](const char* fault) { return row.find(fault) != std::string::npos; };
+    if (tells(" none ")) {
+      EXPECT_FALSE(is_found) << row;
+    }
+    if (tells(" inverse-pi ")) {
+      EXPECT_TRUE(is_found) << row;
+    }
+    if (tells(" gamma-reflectance ")) {
+      EXPECT_TRUE(is_found) << row;
+    }
+  }
+}
+
+TEST_F(CliTest, PowerTakesAnyScene) {
+  render("scene.xml --size 32x32 --spp 4096");
+  const Result result =
+      plumb("power scene.xml --reference rendered.exr --time 0.2 --fault half-lamp-area");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::vector<std::string> rows = rows_of(result.out);
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_NE(rows[0].find("not found"), std::string::npos) << rows[0];
+  EXPECT_NE(rows[1].find("half-lamp-area"), std::string::npos) << rows[1];
+  EXPECT_EQ(rows[1].find("not found"), std::string::npos) << rows[1];
 }
 
 TEST_F(CliTest, UnlitSceneIsBlackWithAWarning) {

@@ -1,0 +1,249 @@
+#include <OpenImageIO/color.h>
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands.h"
+#include "cli/film_image.h"
+#include "cli/interrupt.h"
+#include "cli/names.h"
+#include "cli/progress_line.h"
+#include "compare/comparison.h"
+#include "renderer/render.h"
+#include "renderer/scene_reader.h"
+
+namespace plumb::cli {
+namespace {
+
+struct Options {
+  std::vector<std::string> scenes{"reference_scenes/cornell/scene.xml",
+                                  "reference_scenes/seed/scene.xml"};
+  std::vector<std::string> faults;
+  std::string reference = "plumbline.exr";
+  double seconds = 60.0;
+};
+
+// With fewer, all replicates may have missed a caustic, and claim that there is no noise.
+constexpr int64_t fewest_samples = 16;
+
+// Renders go on until the true change is known well enough, even if the fault was found before.
+constexpr int64_t converged_samples = 1024;
+
+// A scene with its picture and the sides of its shapes.
+struct Subject {
+  Scene scene;
+  Picture reference;
+  Regions regions;
+
+  Subject(const std::string& file, const std::string& picture) : scene(read_scene(file)) {
+    const auto beside = std::filesystem::path(file).replace_filename(picture);
+    reference = read_picture("reference", {beside.string()}, "");
+    scene.camera.width = reference.image.width;
+    scene.camera.height = reference.image.height;
+    RegionMask mask = region_mask(scene, RegionKind::side);
+    regions = {std::move(mask.names), std::move(mask.regions)};
+  }
+};
+
+// What simpler comparisons say of the same two pictures.
+struct SimpleTests {
+  bool rmse = false, z = false;  // different
+};
+
+double display_value(double radiance) {
+  return double{OIIO::linear_to_sRGB(static_cast<float>(std::min(radiance, 1.0)))};
+}
+
+// The root mean square error of display values, 5 % of white; and Mitsuba 3's z-test: pixel by
+// pixel and channel by channel, Sidak's correction, level 0.01, of which 0.25 % may fail, variance
+// of a sample at least 1e-4. A pixel's variance is its block's, its own being known too roughly.
+SimpleTests test_simply(const Picture& test, const Picture& reference, double samples) {
+  constexpr double threshold = 0.05, level = 0.01, failures_allowed = 0.0025, least = 1e-4;
+  const Window whole{0, 0, test.image.width, test.image.height};
+  const double alpha = -std::expm1(std::log1p(-level) / double(whole.width * whole.height));
+  const double critical = boost::math::quantile(boost::math::normal(), 1.0 - alpha / 2.0);
+  const std::vector<Pool> blocks = add_up(test, reference, whole, {}).blocks;
+  const size_t channels = test.values.size();
+  double squares = 0.0, failures = 0.0, values = 0.0;
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    const size_t c = i % (channels + 1);
+    if (c == channels) continue;
+    const Window w = block_window(whole, static_cast<int>(i / (channels + 1)));
+    const double noise =
+        (blocks[i].test_variance + blocks[i].reference_variance) / blocks[i].pixels;
+    const double most = critical * std::sqrt(std::max(noise, least / samples));
+    for (int j = 0; j < w.width * w.height; ++j, ++values) {
+      const size_t pixel = test.image.pixel(w.x + j % w.width, w.y + j / w.width);
+      const double x = test.value(pixel, c), r = reference.value(pixel, c);
+      squares += std::pow(display_value(x) - display_value(r), 2);
+      failures += std::abs(x - r) > most;
+    }
+  }
+  return {std::sqrt(squares / values) > threshold, failures / values > failures_allowed};
+}
+
+struct Verdicts {
+  Comparison comparison;
+  SimpleTests simple;
+};
+
+Verdicts judge(const Film& film, const Subject& subject) {
+  Picture test{"test", to_image(film, false), {}, {}, {}, Film::replicates - 1};
+  Picture reference = subject.reference;
+  const auto channels = match(test, reference, {}, false);
+  if (!reference.knows_noise()) throw ImageError("the reference doesn't tell its noise");
+  const Window whole{0, 0, film.width(), film.height()};
+  Judgement judgement;
+  judgement.tolerance.value = 0.0;
+  return {compare(test, reference, channels, whole, subject.regions, judgement),
+          test_simply(test, reference, static_cast<double>(film.samples_per_pixel()))};
+}
+
+// The difference as a part of the reference, with its 95 % interval.
+std::string percent(const Estimate& e) {
+  const double unit = e.reference > 0.0 ? e.reference / 100.0 : 1.0;
+  return fmt::format("{:+.3g} ± {:.2g} %", e.difference / unit, e.confidence / unit);
+}
+
+// The clearest difference: of a region, else of the image, a block or a pixel.
+std::string named(const Comparison& comparison) {
+  for (const char* name : {"region", "image", "block", "pixel"}) {
+    const auto level = std::ranges::find(comparison.levels, name, &Level::name);
+    if (level == comparison.levels.end() || level->worst.empty()) continue;
+    const Finding& f = level->worst.front();
+    const std::string place =
+        f.name.empty() ? fmt::format("{} at {},{}", name, f.window.x, f.window.y) : f.name;
+    return fmt::format("{}, {}: {}", place, f.channel, percent(f.estimate));
+  }
+  return "";
+}
+
+// What the fault does to the whole and to the region that it changes most, in two cells.
+std::string true_change(const Comparison& comparison) {
+  const Finding* worst = nullptr;
+  double most = -1.0;
+  for (const Finding& f : comparison.regions) {
+    const double change = std::abs(f.estimate.difference / f.estimate.reference);
+    if (f.channel == "all" && change > most) most = change, worst = &f;
+  }
+  const std::string whole = percent(comparison.image.back().estimate);
+  if (worst == nullptr) return whole + " | ";
+  return fmt::format("{} | {}: {}", whole, worst->name, percent(worst->estimate));
+}
+
+class Trials {
+ public:
+  Trials(const Options& options, const Subject& subject) : options_(options), subject_(subject) {}
+
+  // A row of the table; empty if interrupted. The healthy render comes first.
+  std::string run(Fault fault, ProgressLine& line) {
+    Scene scene = subject_.scene;
+    Settings settings{.seed = 1, .bounces = {}};  // references have 0: their noise is another
+    plant(fault, scene, settings);
+    Film film(scene.camera.width, scene.camera.height);
+    double seconds = 0.0;
+    std::string found;
+    for (size_t step = 0; true; ++step) {
+      const int64_t goal = fewest_samples << step;
+      const Limits limits{{film.samples_per_pixel(), goal}, options_.seconds - seconds};
+      seconds += render(scene, settings, limits, film, {}, &stop_requested).wall_seconds;
+      if (stop_requested) return "";
+      line.show(fmt::format("{}, {}: {} spp", scene.name, fault_name(fault), goal));
+      if (found.empty()) found = look(fault, film, seconds, step);
+      const bool is_known = !found.empty() && goal >= converged_samples;
+      if (is_known || film.samples_per_pixel() < goal || seconds >= options_.seconds) break;
+    }
+    if (found.empty()) {
+      found = fmt::format("not found | with {} spp | in {:.3g} s | {}", film.samples_per_pixel(),
+                          seconds, simple_);
+    }
+    return fmt::format("| {} | {} | {} | {} |", scene.name, fault_name(fault),
+                       true_change(judge(film, subject_).comparison), found);
+  }
+
+ private:
+  // The cells that tell how the fault was found, if it is.
+  std::string look(Fault fault, const Film& film, double seconds, size_t step) {
+    const auto [comparison, simple] = judge(film, subject_);
+    if (fault == Fault::none) healthy_.push_back(simple);
+    const SimpleTests healthy = healthy_[std::min(step, healthy_.size() - 1)];
+    const auto word = [](bool is_different, bool is_healthy_different) {
+      if (!is_different) return "same";
+      return is_healthy_different ? "different, as the healthy" : "different";
+    };
+    simple_ = fmt::format("{} | {}", word(simple.rmse, healthy.rmse), word(simple.z, healthy.z));
+    if (comparison.verdict != Verdict::different) return "";
+    return fmt::format("{} | {} spp | {:.2g} s | {}", named(comparison), film.samples_per_pixel(),
+                       seconds, simple_);
+  }
+
+  const Options& options_;
+  const Subject& subject_;
+  std::vector<SimpleTests> healthy_;  // with 16, 32, ... samples
+  std::string simple_;                // what the simpler tests have said last, two cells
+};
+
+int run(const Options& options) {
+  std::vector<Fault> wanted;
+  for (const std::string& name : options.faults) wanted.push_back(parse_fault(name));
+  for (const FaultDescription& known : faults()) {
+    if (options.faults.empty()) wanted.push_back(known.fault);
+  }
+  wanted.insert(wanted.begin(), Fault::none);
+  std::vector<Subject> subjects;
+  for (const std::string& scene : options.scenes) subjects.emplace_back(scene, options.reference);
+
+  listen_for_interrupts();
+  ProgressLine line;
+  fmt::print(
+      "| scene | fault | changes the whole by | most, of regions | named | at | after | RMSE | "
+      "z-test |"
+      "\n|---|---|---|---|---|---|---|---|---|\n");
+  for (const Subject& subject : subjects) {
+    Trials trials(options, subject);
+    for (const Fault fault : wanted) {
+      const std::string row = trials.run(fault, line);
+      if (row.empty()) return 128 + stop_signal;
+      fmt::print("{}\n", row);
+      std::fflush(stdout);
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_power(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command = *app.add_subcommand("power", "Tell how soon 'compare' finds planted faults");
+  command.add_option("SCENE", options->scenes, "Scene files (default: cornell and seed)")
+      ->type_name("");
+  command.add_option("--fault", options->faults, "Only these, as for 'plumb render'")
+      ->type_name("NAME");
+  command
+      .add_option("--reference", options->reference,
+                  "Healthy picture with its noise, in or from the scene's\n"
+                  "folder (default: plumbline.exr)")
+      ->type_name("FILE");
+  add_option(command, "--time", "SECONDS", options->seconds, number(1e-3, 1e9),
+             "Time of rendering for each fault at most (default: 60)");
+  command.footer(R"(Examples:
+  plumb power
+  plumb power reference_scenes/seed/scene.xml --fault tangent-frame
+  plumb power scene.xml --reference healthy.exr --time 10
+
+Samples are doubled from 16 on until the averages over the image, the sides of
+shapes, blocks or pixels tell that picture and reference differ, tolerance 0.
+Ctrl-C keeps the rows that are finished. Exit codes: 0 done, 2 trouble,
+130 interrupted.)");
+  command.callback([=, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace plumb::cli
