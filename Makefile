@@ -17,7 +17,7 @@ generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
 .PHONY: help deps build test gate report bench exports references check-references lamp-sampling \
-  power pictures clean
+  power lessons pictures clean
 
 help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
@@ -31,6 +31,7 @@ help:
 	@echo "make exports           writes the scenes for POV-Ray and Blender anew"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
 	@echo "make power          makes the table of docs/power.md (10 minutes)"
+	@echo "make lessons        renders the plot and pictures of docs/lessons/ (4 minutes)"
 	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
 	@echo "make clean   removes build/ and out/"
 
@@ -102,6 +103,9 @@ power: build
 	build/plumb power > out/power.md
 	sed -i -e '/<!-- table: made by/,/<!-- end of table/{//!d}' -e '/<!-- table: made by/r out/power.md' \
 	  docs/power.md
+
+lessons: build
+	python3 bench/noise_lesson.py build/plumb
 
 pictures: build
 	@mkdir -p docs/pictures
