@@ -2,8 +2,8 @@
 
     python3 bench/noise_lesson.py PLUMB    (which is 'make lessons'; four minutes on two cores)
 
-The seed scene with 16 to 4096 samples per pixel, by random numbers of four kinds; the error is the
-mean squared one against the stored reference, which has 65536 samples.
+The seed scene with 16 to 4096 samples per pixel, by random numbers of four kinds, against the stored
+reference, which has 65536 samples.
 """
 
 import json
@@ -49,34 +49,15 @@ def render(kind):
         before = samples
 
 
-def error(kind, samples):
-    report = OUT / "report.json"
-    plumb("compare", picture(kind, samples), SCENE / "plumbline.exr", "--json", report,
-          accept=(0, 1, 3))
-    channels = json.loads(report.read_text(encoding="utf-8"))["channels"]
-    return next(entry["mse"] for entry in channels if entry["channel"] == "all")
-
-
-def plot(errors):
-    data = OUT / "noise.dat"
-    rows = [" ".join(map(str, (samples, *row))) for samples, row in zip(SAMPLES, errors)]
-    data.write_text("\n".join(rows) + "\n", encoding="utf-8")
-    lines = [f"'{data}' using 1:{column} with linespoints lw 2 title '{kind}'"
-             for column, kind in enumerate(KINDS, start=2)]
-    script = f"""
-        set terminal svg size 640,420 font 'sans,13' background 'white'
-        set output '{PICTURES / "noise.svg"}'
-        set logscale xy
-        set format y '10^{{%T}}'
-        set xlabel 'samples per pixel'
-        set ylabel 'mean squared error'
-        set xrange [12:6000]
-        set xtics (16, 64, 256, 1024, 4096)
-        set grid
-        set key bottom left
-        plot {", ".join(lines)}, {errors[0][1] * SAMPLES[0]} / x dashtype 2 lc 'gray' title '1/N'
-    """
-    subprocess.run(["gnuplot"], input=script, text=True, check=True)
+def converge():
+    """The plot; a row of errors for each series, and what is said of them."""
+    report = OUT / "noise.json"
+    pictures = [picture(kind, samples) for kind in KINDS for samples in SAMPLES]
+    plumb("converge", *pictures, "--reference", SCENE / "plumbline.exr", "-o",
+          PICTURES / "noise.svg", "--json", report)
+    found = json.loads(report.read_text(encoding="utf-8"))
+    return [[point["relMse"]["all"][0] for point in series["points"]]
+            for series in found["series"]], found["sentences"]
 
 
 def show(file):
@@ -93,12 +74,12 @@ def main():
     OUT.mkdir(parents=True, exist_ok=True)
     for kind in KINDS:
         render(kind)
-    errors = [[error(kind, samples) for kind in KINDS] for samples in SAMPLES]
-    plot(errors)
     show(PICTURES / "noise.png")
+    errors, sentences = converge()
     print("| samples per pixel | " + " | ".join(KINDS) + " |\n|---|" + "---|" * len(KINDS))
-    for samples, row in zip(SAMPLES, errors):
+    for samples, *row in zip(SAMPLES, *errors):
         print(f"| {samples} | " + " | ".join(f"{value:.2e}" for value in row) + " |")
+    print("\n" + "\n".join(sentences))
 
 
 if __name__ == "__main__":

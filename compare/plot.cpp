@@ -35,7 +35,7 @@ std::string script(const Plot& plot, const fs::path& file, bool is_svg) {
       "set terminal {} background rgb 'white'\nset output {}\nset colorsequence podo\n"
       "set logscale xy\nset mxtics 10\nset mytics 10\nset format xy '%g'\nset grid linetype 1 "
       "linecolor rgb '#cccccc'\n"
-      "set key below maxcolumns 2 Left reverse\n"
+      "set key below height 1 maxcolumns 2 Left reverse\n"
       "set title {}\nset xlabel {}\nset ylabel {}\n",
       terminal, quoted(file.string()), quoted(plot.title), quoted(plot.x_title),
       quoted(plot.y_title));
