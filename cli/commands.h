@@ -18,6 +18,7 @@ void add_chart(CLI::App& app, int& exit_code);
 void add_power(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app);
 void add_reference(CLI::App& app, int& exit_code);
+void add_stress(CLI::App& app, int& exit_code);
 
 // Adds "--name VALUE"; `parse` turns the text into a value or throws std::invalid_argument.
 template <typename Target, typename Parse>

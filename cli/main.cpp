@@ -28,6 +28,7 @@ int run(int argc, char** argv) {
   plumb::cli::add_power(app, exit_code);
   plumb::cli::add_export(app);
   plumb::cli::add_reference(app, exit_code);
+  plumb::cli::add_stress(app, exit_code);
   app.require_subcommand(0, 1);  // what is missing is told below: CLI11 hides misspelt names
   try {
     app.parse(argc, argv);

@@ -20,8 +20,6 @@
 namespace plumb::cli {
 namespace {
 
-const Words<Program> programs{
-    {"povray", Program::povray}, {"cycles", Program::cycles}, {"mitsuba", Program::mitsuba}};
 const Words<Quality> qualities{
     {"draft", Quality::draft}, {"good", Quality::good}, {"best", Quality::best}};
 
@@ -37,7 +35,7 @@ void add_options(CLI::App& command, Options& options) {
   command.add_option("SCENE", options.scene, "Scene file, in a subset of Mitsuba 3's XML")
       ->required()
       ->type_name("");
-  add_option(command, "--with", "PROGRAM", settings.program, one_of(programs),
+  add_option(command, "--with", "PROGRAM", settings.program, one_of(program_words),
              "povray, cycles (Blender's) or mitsuba")
       ->required();
   command.add_option("-o,--output", options.output, "Linear .exr")->required()->type_name("FILE");

@@ -44,11 +44,11 @@ double Criterion::samples_factor(const Estimate& e) const {
   return room > 0.0 ? present * present / (room * room) : std::numeric_limits<double>::infinity();
 }
 
-double confidence(const Pool& pool) {
+double confidence(const Pool& pool, double false_alarm) {
   const double variance = pool.test_variance + pool.reference_variance;
   if (variance == 0.0) return 0.0;
   const math::students_t student(variance * variance / pool.fourth);
-  return quantile(complement(student, 0.025)) * std::sqrt(variance) / pool.pixels;
+  return quantile(complement(student, false_alarm / 2.0)) * std::sqrt(variance) / pool.pixels;
 }
 
 Estimate Criterion::estimate(const Pool& pool, double critical) const {

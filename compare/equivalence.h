@@ -44,10 +44,10 @@ struct Criterion {
 // harm.
 double critical_value(double false_alarm, double tests);
 
-// Half the width of the interval that holds the difference of the averages with 95 %, by the
-// claimed variances, which are noisy themselves: Student's t with Welch's and Satterthwaite's
+// Half the width of the interval that holds the difference of the averages but for that chance, by
+// the claimed variances, which are noisy themselves: Student's t with Welch's and Satterthwaite's
 // degrees of freedom.
-double confidence(const Pool& pool);
+double confidence(const Pool& pool, double false_alarm = 0.05);
 
 // Variance of a difference, where one picture has missed rare events that the other one has met:
 // each is taken to be at least as noisy as the other one tells.
