@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -33,13 +34,18 @@ std::vector<double> gray(const std::vector<float>& rgb) {
   return values;
 }
 
-// Renders single samples, with another seed than `film` was.
-Tail measure_tail(const Scene& scene, Settings settings, const Film& film, int64_t passes) {
+// Renders single samples, with another seed than `film` was, for an eighth of the limits.
+Tail measure_tail(const Scene& scene, Settings settings, const Film& film, const Limits& limits) {
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  const int64_t passes = std::clamp<int64_t>(film.samples_per_pixel() / 8, 1,
+                                             most_tail_samples / film.pixel_count());
   Tail tail;
   ++settings.seed;
   const std::vector<double> means = gray(film.mean());
   std::vector<double> squares;
   for (int64_t s = 0; s < passes; ++s) {
+    if (std::chrono::duration<double>(Clock::now() - begin).count() > limits.seconds / 8.0) break;
     Film single(film.width(), film.height());
     render(scene, settings, {.samples = {s, s + 1}}, single);
     const std::vector<float> rgb = single.mean();
@@ -104,9 +110,7 @@ std::optional<Trial> try_method(const Scene& scene, const Settings& settings, co
   Film film(scene.camera.width, scene.camera.height);
   const Cost cost = render(scene, settings, limits, film, {}, &stop);
   if (stop) return {};
-  const int64_t passes = std::clamp<int64_t>(film.samples_per_pixel() / 8, 1,
-                                             most_tail_samples / film.pixel_count());
-  const Tail tail = measure_tail(scene, settings, film, passes);
+  const Tail tail = measure_tail(scene, settings, film, limits);
   const double by_chance = finds_lamps_by_chance(scene, settings.method) ? brightest_lamp(scene) : 0;
   return Trial{Picture{.side = "test",
                        .image = to_image(film, false),

@@ -111,6 +111,19 @@ bool bounds_the_scene(const Polygon& polygon, const std::vector<Surface>& surfac
   return lowest >= -Polygon::rounding || highest <= Polygon::rounding;
 }
 
+// The first surface in the plane of surface `i`, or itself.
+int first_coplanar(const std::vector<Surface>& surfaces, int i) {
+  const auto* polygon = std::get_if<Polygon>(&surfaces[size_t(i)].geometry);
+  if (polygon == nullptr) return i;
+  const auto lies_in_plane = [&](const Surface& surface) {
+    const auto* other = std::get_if<Polygon>(&surface.geometry);
+    return other != nullptr && std::ranges::all_of(polygon->corners, [&](const Vec3& corner) {
+             return std::abs(other->normal().dot(corner - other->corners[0])) <= Polygon::rounding;
+           });
+  };
+  return static_cast<int>(std::ranges::find_if(surfaces, lies_in_plane) - surfaces.begin());
+}
+
 template <typename T>
 PackedParallelogram<T> pack_parallelogram(const Polygon& polygon, double growth, T id) {
   const Vec3 normal = polygon.normal();
@@ -145,7 +158,7 @@ PackedPolygon<T> pack_polygon(const Polygon& polygon, double growth, T id) {
 }
 
 template <typename T>
-void add_surface(const Surface& surface, bool starts_solid, double growth, T id,
+void add_surface(const Surface& surface, bool starts_solid, double growth, T id, T plane,
                  PackedShapes<T>& shapes) {
   if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
     shapes.spheres.push_back({pack<T>(sphere->center), static_cast<T>(sphere->radius), id});
@@ -156,10 +169,13 @@ void add_surface(const Surface& surface, bool starts_solid, double growth, T id,
     if (starts_solid) shapes.solids.emplace_back();
     shapes.solids.back().faces.push_back(
         {pack_plane<T>(polygon.normal(), polygon.corners[0], growth), id});
+    shapes.solids.back().faces.back().plane.id = plane;
   } else if (polygon.is_parallelogram()) {
     shapes.parallelograms.push_back(pack_parallelogram<T>(polygon, growth, id));
+    shapes.parallelograms.back().plane.id = plane;
   } else {
     shapes.polygons.push_back(pack_polygon<T>(polygon, growth, id));
+    shapes.polygons.back().plane.id = plane;
   }
 }
 
@@ -216,7 +232,7 @@ double inner_radius(const Polygon& polygon, const Vec3& middle) {
 }
 
 template <typename T>
-void set_row(SurfaceTable<T>& table, int id, const Surface& surface, double growth) {
+void set_row(SurfaceTable<T>& table, int id, int plane, const Surface& surface, double growth) {
   using Table = SurfaceTable<T>;
   const auto set = [&](int column, double value) {
     table.column(column)[id] = static_cast<T>(value);
@@ -228,6 +244,7 @@ void set_row(SurfaceTable<T>& table, int id, const Surface& surface, double grow
   set_vector(Table::reflectance, bsdf.reflectance);
   set(Table::mirror, bsdf.kind == Bsdf::Kind::conductor);
   set(Table::two_sided, bsdf.two_sided);
+  set(Table::plane, plane);
   if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
     set_vector(Table::point, sphere->center);
     set(Table::scale, sphere->radius);
@@ -276,14 +293,17 @@ PackedScene<T>::PackedScene(const Scene& scene) {
   for (int i = 0; i < static_cast<int>(list.size()); ++i) {
     const Surface& surface = list[size_t(i)];
     const T id = static_cast<T>(i);
+    const int first = first_coplanar(list, i);
+    const T plane = static_cast<T>(first);
     const bool starts_solid = i == 0 || list[size_t(i) - 1].shape != surface.shape;
-    add_surface<T>(surface, starts_solid, growth, id, shapes);
+    add_surface<T>(surface, starts_solid, growth, id, plane, shapes);
     const auto* polygon = std::get_if<Polygon>(&surface.geometry);
     if (polygon == nullptr || surface.of_solid || !bounds_the_scene(*polygon, list)) {
-      add_surface<T>(surface, starts_solid, growth, id, occluders);
+      add_surface<T>(surface, starts_solid, growth, id, plane, occluders);
     }
     if (surface.shape->is_lamp()) lamps.push_back(pack_lamp<T>(surface, id));
-    set_row(surfaces, i, surface, growth);
+    set_row(surfaces, i, first, surface, growth);
+    has_coplanar |= first != i;
     has_mirrors |= surface.shape->bsdf.kind == Bsdf::Kind::conductor;
     has_two_sided |= surface.shape->bsdf.two_sided;
   }

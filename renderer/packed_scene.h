@@ -7,7 +7,8 @@
 // Rounding can't open the joint between two surfaces: flat ones are grown at their edges by a bound
 // on the error of a hit point, so that no ray gets through between them, and hit points are drawn
 // towards the middle of their surface by four times as much, so that none lies beyond a joint. A
-// path never hits the flat surface that it leaves, because that one is not tested.
+// path never hits the flat surface that it leaves, nor another one in the same plane, because these
+// are not tested.
 #pragma once
 
 #include <vector>
@@ -26,6 +27,7 @@ template <typename T>
 struct Plane {
   PackedVec3<T> normal;
   T offset;
+  T id = -2;  // of the first surface that lies in it, whichever side it faces
 };
 
 // A point of the plane is inside where its height above both slabs is from -1 to 1.
@@ -100,11 +102,12 @@ struct SurfaceTable {
     point = 3,
     reflectance = 6,
     scale = 9,
+    plane,  // Plane::id; of a sphere its own id
     sphere,
     mirror,
     two_sided
   };
-  static constexpr int columns = 13;
+  static constexpr int columns = 14;
 
   int count = 0;   // of surfaces
   int stride = 0;  // a multiple of 64 above that
@@ -135,6 +138,7 @@ struct PackedScene {
   SurfaceTable<T> surfaces;
   bool has_mirrors = false;
   bool has_two_sided = false;
+  bool has_coplanar = false;
 
   // Throws std::invalid_argument for a lamp that is neither a sphere nor made of rectangles.
   explicit PackedScene(const Scene& scene);

@@ -11,7 +11,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace plumb::HWY_NAMESPACE {
 
-// A ray and the id of the surface that it leaves, -1 for none. `backward` is the opposite of its
+// A ray and the id of the plane or sphere that it leaves, -1 for none. `backward` is the opposite of its
 // direction, of unit length: a point at a distance is origin - distance * backward.
 template <class D>
 struct Ray {
@@ -39,7 +39,7 @@ HWY_INLINE Real<D> height(const Plane<T>& plane, V3<D> p) {
 template <class D, typename T>
 HWY_INLINE Crossing<D> cross_plane(const Plane<T>& plane, T id, const Ray<D>& ray) {
   const Real<D> distance = height(plane, ray.origin) / dot(V3<D>(plane.normal), ray.backward);
-  return {distance, (distance > Real<D>(0)) & (ray.leaves != Real<D>(id)), Real<D>(id)};
+  return {distance, (distance > Real<D>(0)) & (ray.leaves != Real<D>(plane.id)), Real<D>(id)};
 }
 
 template <class D, typename T>
@@ -95,7 +95,7 @@ HWY_INLINE Passage<D> pass(const PackedSolid<T>& solid, const Ray<D>& ray) {
     const R id(face.id);
     const R approach = dot(V3<D>(face.plane.normal), ray.backward);
     const R crossed = height(face.plane, ray.origin) / approach;
-    const R distance = select(ray.leaves == id, -highest, crossed);
+    const R distance = select(ray.leaves == R(face.plane.id), -highest, crossed);
     // By the sign bit: a ray along the face is sorted right by its division by either zero.
     const Bool<D> exits = sign_bit(approach);
     const Bool<D> later = (distance > passage.enter) & !exits;

@@ -100,7 +100,7 @@ class LaneSamples {
 template <class D>
 struct Vertex {
   V3<D> point, normal, reflectance;
-  Real<D> id;
+  Real<D> id, plane;
   Bool<D> scatters;  // neither in the void nor on a black back
   Bool<D> front;
   Bool<D> mirror;
@@ -187,7 +187,7 @@ class Packet {
     scatter(sample);
     ray_.origin = select(alive_, vertex_.point, V3<D>(scene_.camera.origin));
     ray_.backward = select(alive_, ray_.backward, backward_from_camera(sample));
-    ray_.leaves = select(alive_, vertex_.id, R(-1));
+    ray_.leaves = select(alive_, vertex_.plane, R(-1));
     throughput_ = select(alive_, throughput_, V3<D>(R(1)));
     radiance_ = select(alive_, radiance_, V3<D>(R(0)));
     pdf_ = select(alive_, pdf_, R(certain));
@@ -275,6 +275,7 @@ class Packet {
   HWY_INLINE Vertex<D> arrive(const Hit<D>& hit) const {
     Vertex<D> vertex;
     vertex.id = hit.id;
+    vertex.plane = scene_.has_coplanar ? lookup(Table::plane, hit.id) : hit.id;
     vertex.normal = lookup_vector(Table::normal, hit.id);
     vertex.reflectance = lookup_vector(Table::reflectance, hit.id);
     const V3<D> middle = lookup_vector(Table::point, hit.id);
@@ -344,7 +345,7 @@ class Packet {
     if (settings_.method == Method::mis) probability = estimator_.sum_of_pdfs(probability, share);
     const V3<D> radiance = throughput_ * V3<D>(lamp.radiance) * (share / probability);
     light_.ray.origin = vertex_.point;
-    light_.ray.leaves = vertex_.id;
+    light_.ray.leaves = vertex_.plane;
     light_.ray.backward = select(chosen, -to_lamp.direction, light_.ray.backward);
     light_.distance = select(chosen, to_lamp.distance, light_.distance);
     light_.lamp = select(chosen, R(lamp.id), light_.lamp);
