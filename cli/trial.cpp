@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -17,14 +16,13 @@
 namespace plumb::cli {
 namespace {
 
-// Radiance that differs by less, as a part of the mean, is rounding: of a hundred bounces in float.
+// What differs by less, as a part of the mean, is rounding: of a hundred bounces in float.
 constexpr double rounding = 1e-5;
 // What a program without noise may be off, as a part of the mean.
 constexpr double noiseless_tolerance = 0.01;
-// A trial is noisy if the pixels' error needs longer than this to fall to 1 %.
+// A trial is noisy if the error of a picture with so many pixels needs longer to fall to 1 %.
 constexpr double reasonable_seconds = 60.0;
-
-constexpr int64_t most_tail_samples = int64_t{1} << 18;
+constexpr double usual_pixels = 256.0 * 256.0;
 
 std::vector<double> gray(const std::vector<float>& rgb) {
   std::vector<double> values;
@@ -34,22 +32,33 @@ std::vector<double> gray(const std::vector<float>& rgb) {
   return values;
 }
 
+// Of the squared deviations from the mean.
+void describe_scatter(std::vector<double> squares, Tail& tail) {
+  const double sum = std::reduce(squares.begin(), squares.end(), 0.0);
+  if (sum == 0.0) return;
+  const double fourth = std::inner_product(squares.begin(), squares.end(), squares.begin(), 0.0);
+  tail.kurtosis = fourth * static_cast<double>(squares.size()) / (sum * sum);
+  const auto worst = squares.end() - std::max<std::ptrdiff_t>(1, std::ssize(squares) / 1000);
+  std::ranges::nth_element(squares, worst);
+  tail.fireflies = std::accumulate(worst, squares.end(), 0.0) / sum;
+}
+
 // Renders single samples, with another seed than `film` was, for an eighth of the limits.
 Tail measure_tail(const Scene& scene, Settings settings, const Film& film, const Limits& limits) {
   using Clock = std::chrono::steady_clock;
+  const std::chrono::duration<double> time(limits.seconds / 8.0);
   const auto begin = Clock::now();
-  const int64_t passes = std::clamp<int64_t>(film.samples_per_pixel() / 8, 1,
-                                             most_tail_samples / film.pixel_count());
-  Tail tail;
+  const int64_t passes = std::clamp<int64_t>(film.samples_per_pixel() / 8, 1, 4096);
   ++settings.seed;
+  Tail tail;
   const std::vector<double> means = gray(film.mean());
   std::vector<double> squares;
-  for (int64_t s = 0; s < passes; ++s) {
-    if (std::chrono::duration<double>(Clock::now() - begin).count() > limits.seconds / 8.0) break;
+  for (int64_t s = 0; s < passes && Clock::now() - begin < time; ++s) {
     Film single(film.width(), film.height());
     render(scene, settings, {.samples = {s, s + 1}}, single);
     const std::vector<float> rgb = single.mean();
-    tail.unfit += std::ranges::count_if(rgb, [](float value) { return !(value >= 0.0F && std::isfinite(value)); });
+    tail.unfit += std::ranges::count_if(
+        rgb, [](float value) { return !(value >= 0.0F && std::isfinite(value)); });
     const std::vector<double> values = gray(rgb);
     for (size_t i = 0; i < values.size(); ++i) {
       if (!std::isfinite(values[i] - means[i])) continue;
@@ -57,43 +66,36 @@ Tail measure_tail(const Scene& scene, Settings settings, const Film& film, const
       squares.push_back(std::pow(values[i] - means[i], 2));
     }
   }
-  const double sum = std::reduce(squares.begin(), squares.end(), 0.0);
-  if (sum == 0.0) return tail;
-  const auto worst = squares.end() - std::max<std::ptrdiff_t>(1, std::ssize(squares) / 1000);
-  std::ranges::nth_element(squares, worst);
-  tail.fireflies = std::accumulate(worst, squares.end(), 0.0) / sum;
-  const double fourth = std::inner_product(squares.begin(), squares.end(), squares.begin(), 0.0);
-  tail.kurtosis = fourth * static_cast<double>(squares.size()) / (sum * sum);
+  describe_scatter(std::move(squares), tail);
   return tail;
 }
 
 double brightest_lamp(const Scene& scene) {
-  double brightest = 0.0;
-  for (const Shape& shape : scene.shapes) {
-    brightest = std::max(brightest, (shape.radiance.x + shape.radiance.y + shape.radiance.z) / 3.0);
-  }
-  return brightest;
+  const auto radiance = [](const Shape& s) { return s.radiance.dot(Rgb(1.0)) / 3.0; };
+  return radiance(*std::ranges::max_element(scene.shapes, {}, radiance));
 }
 
 bool finds_lamps_by_chance(const Scene& scene, Method method) {
-  return method == Method::bsdf || std::ranges::any_of(scene.shapes, [](const Shape& shape) {
-           return shape.bsdf.kind == Bsdf::Kind::conductor;
-         });
+  const auto is_mirror = [](const Shape& s) { return s.bsdf.kind == Bsdf::Kind::conductor; };
+  return method == Method::bsdf || std::ranges::any_of(scene.shapes, is_mirror);
 }
 
-// What noise alone may make of the difference of two averages of `pixels` pixels: the empirical
-// Bernstein bound, with Student's quantile in the normal part because variances come from few
-// replicates. Its second term is for samples up to `brightest` that are too rare to have been met.
+// What noise alone may make of the difference of two averages: Student's quantile, because
+// variances come from few replicates. If the test is the darker one, it may have met none of some
+// rare bright samples, and then its variance does not tell; the second term of the empirical
+// Bernstein bound (Maurer and Pontil 2009) allows for them.
 double margin(const Pool& pool, const Trial& trial, double false_alarm) {
+  const double by_variance = confidence(pool, false_alarm);
+  if (pool.test >= pool.reference) return by_variance;
   const Image& image = trial.picture.image;
-  const double samples = trial.samples * pool.pixels / (double{1} * image.width * image.height);
-  return confidence(pool, false_alarm) +
-         7.0 / 3.0 * trial.brightest * std::log(2.0 / false_alarm) / samples;
+  const double share = pool.pixels / static_cast<double>(image.pixel(0, image.height));
+  const double unseen = 7.0 / 3.0 * trial.brightest * std::log(2.0 / false_alarm);
+  return by_variance + unseen / (trial.samples * share);
 }
 
 // Of the mean of the channels; the truth's noise left out.
 double relative_square_error(const Picture& test, const Picture& truth) {
-  const auto pixels = size_t(test.image.width) * size_t(test.image.height);
+  const size_t pixels = truth.image.pixel(0, truth.image.height);
   double sum = 0.0;
   for (size_t i = 0; i < pixels; ++i) {
     const Sample s = sample(test, truth, i, test.values.size());
@@ -111,46 +113,43 @@ std::optional<Trial> try_method(const Scene& scene, const Settings& settings, co
   const Cost cost = render(scene, settings, limits, film, {}, &stop);
   if (stop) return {};
   const Tail tail = measure_tail(scene, settings, film, limits);
-  const double by_chance = finds_lamps_by_chance(scene, settings.method) ? brightest_lamp(scene) : 0;
-  return Trial{Picture{.side = "test",
-                       .image = to_image(film, false),
-                       .degrees_of_freedom = Film::replicates - 1},
-               cost.wall_seconds, static_cast<double>(cost.samples),
-               std::max(tail.brightest, by_chance), tail};
+  const double by_chance =
+      finds_lamps_by_chance(scene, settings.method) ? brightest_lamp(scene) : 0;
+  return Trial{.picture = {.side = "test",
+                           .image = to_image(film, false),
+                           .degrees_of_freedom = Film::replicates - 1},
+               .program = "",
+               .seconds = cost.wall_seconds,
+               .samples = static_cast<double>(cost.samples),
+               .brightest = std::max(tail.brightest, by_chance),
+               .tail = tail};
 }
 
 std::optional<Trial> try_program(const Scene& scene, const std::filesystem::path& file,
-                                 Program program, const Limits& limits, const Watcher& watcher) {
-  // Mitsuba holds all samples of a picture in memory.
-  constexpr double most_samples = 1 << 22;
+                                 Program program, double seconds, const Watcher& watcher) {
+  constexpr double most_samples = 1 << 22;  // of a picture: Mitsuba holds them in memory at once
   const double pixels = double{1} * scene.camera.width * scene.camera.height;
   const auto log = std::filesystem::temp_directory_path() / fmt::format("plumb-{}.log", scene.name);
-  ReferenceSettings settings{.program = program, .quality = Quality::draft};
   const bool has_samples = program != Program::povray;
-  if (has_samples) {
-    settings.samples_per_pixel = 64;
-    settings.seeds = 1;
-  }
+  ReferenceSettings settings{.program = program, .quality = Quality::draft};
+  if (has_samples) settings.samples_per_pixel = 64;
+  if (has_samples) settings.seeds = 1;
   Reference reference = render_reference(scene, file, settings, log, watcher);
-  if (watcher.stop) return {};
-  const double ratio = limits.seconds / std::max(reference.wall_seconds, 1e-3);
-  constexpr double good_over_draft = 8.0;  // seconds
-  if (has_samples) {
+  if (has_samples && !watcher.stop) {
     settings.seeds = 4;
-    settings.samples_per_pixel = static_cast<int>(
-        std::clamp(64.0 * ratio / settings.seeds, 1.0, most_samples / pixels));
-  } else if (ratio > good_over_draft) {
-    settings.quality = Quality::good;
-  }
-  if (has_samples || settings.quality != Quality::draft) {
+    const double fitting = 64.0 / settings.seeds * seconds / std::max(reference.wall_seconds, 1e-3);
+    settings.samples_per_pixel = static_cast<int>(std::clamp(fitting, 1.0, most_samples / pixels));
     reference = render_reference(scene, file, settings, log, watcher);
   }
   if (watcher.stop) return {};
-  return Trial{Picture{.side = "test",
-                       .image = std::move(reference.image),
-                       .degrees_of_freedom = double(reference.seeds - 1)},
-               reference.wall_seconds, reference.samples_per_pixel * pixels, brightest_lamp(scene),
-               {}};
+  return Trial{.picture = {.side = "test",
+                           .image = std::move(reference.image),
+                           .degrees_of_freedom = reference.seeds - 1.0},
+               .program = reference.program,
+               .seconds = reference.wall_seconds,
+               .samples = reference.samples_per_pixel * pixels,
+               .brightest = brightest_lamp(scene),
+               .tail = {}};
 }
 
 Assessment assess(Trial trial, Picture truth, double false_alarm) {
@@ -161,34 +160,30 @@ Assessment assess(Trial trial, Picture truth, double false_alarm) {
     return result;
   }
   if (trial.tail && trial.tail->unfit > 0) return result;
-  const Window window{0, 0, truth.image.width, truth.image.height};
-  const Sums sums = add_up(trial.picture, truth, window, {});
+  const Sums sums = add_up(trial.picture, truth, {0, 0, truth.image.width, truth.image.height}, {});
   const Pool& whole = sums.image.back();
-  const double mean = whole.reference / whole.pixels;
   result.bias = (whole.test - whole.reference) / whole.reference;
   result.error = std::sqrt(whole.test_variance + whole.reference_variance) / whole.reference;
   result.square = relative_square_error(trial.picture, truth);
-  result.seconds_to_one_percent = trial.seconds * result.square / 1e-4;
-  result.outcome =
-      result.seconds_to_one_percent > reasonable_seconds ? Outcome::noisy : Outcome::holds;
+  result.seconds_to_one_percent =
+      trial.seconds * result.square / 1e-4 * usual_pixels / whole.pixels;
 
-  // Half of the false alarms for the picture, half for all of its blocks.
-  const auto judge = [&](const Pool& pool, double alarm, const std::string& name) {
-    const double difference = std::abs(pool.test - pool.reference) / pool.pixels;
+  const double mean = whole.reference / whole.pixels;
+  const auto is_off = [&](const Pool& pool, double alarm) {
     const double allowed = trial.picture.knows_noise()
                                ? margin(pool, trial, alarm) + rounding * mean
                                : noiseless_tolerance * mean;
-    if (difference <= allowed || result.outcome == Outcome::biased) return;
-    result.outcome = Outcome::biased;
-    result.where = name;
+    return std::abs(pool.test - pool.reference) / pool.pixels > allowed;
   };
-  judge(whole, false_alarm / 2.0, "the picture");
+  // Half of the false alarms for the picture, half for all of its blocks.
+  bool is_biased = is_off(whole, false_alarm / 2.0);
   const size_t channels = sums.image.size();
-  const double blocks = static_cast<double>(sums.blocks.size() / channels);
+  const auto blocks = static_cast<double>(sums.blocks.size()) / static_cast<double>(channels);
   for (size_t i = channels - 1; i < sums.blocks.size(); i += channels) {
-    const Window w = block_window(window, static_cast<int>(i / channels));
-    judge(sums.blocks[i], false_alarm / 2.0 / blocks, fmt::format("a block at {}, {}", w.x, w.y));
+    is_biased |= is_off(sums.blocks[i], false_alarm / 2.0 / blocks);
   }
+  const bool is_noisy = result.seconds_to_one_percent > reasonable_seconds;
+  result.outcome = is_biased ? Outcome::biased : is_noisy ? Outcome::noisy : Outcome::holds;
   return result;
 }
 

@@ -16,7 +16,7 @@ struct Picture {
   std::vector<float> scatter = {};     // variances of the values if they are means of replicates
   std::vector<size_t> values = {};     // the compared channels' places in the image
   std::vector<size_t> variances = {};  // their variances' places, in `scatter` if there is one
-  double degrees_of_freedom = 1;  // of each variance
+  double degrees_of_freedom = 1;       // of each variance
 
   bool knows_noise() const { return !variances.empty(); }
   double value(size_t pixel, size_t channel) const {

@@ -11,8 +11,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace plumb::HWY_NAMESPACE {
 
-// A ray and the id of the plane or sphere that it leaves, -1 for none. `backward` is the opposite of its
-// direction, of unit length: a point at a distance is origin - distance * backward.
+// A ray and the id of the plane or sphere that it leaves, -1 for none. `backward` is the opposite
+// of its direction, of unit length: a point at a distance is origin - distance * backward.
 template <class D>
 struct Ray {
   V3<D> origin, backward;

@@ -1,0 +1,56 @@
+#include "cli/stress_scene.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <stdexcept>
+
+#include "cli/film_image.h"
+#include "renderer/scene_reader.h"
+
+namespace plumb::cli {
+namespace {
+
+Image render_slowly(const Scene& scene, Limits limits, const std::atomic<bool>& stop) {
+  constexpr int64_t more = 4;
+  limits.seconds *= more;
+  limits.samples.last = std::min(largest_sample, limits.samples.last * more);
+  constexpr uint32_t seed = 4711;  // no trial's
+  Film film(scene.camera.width, scene.camera.height);
+  render(scene, {.precision = Precision::float64, .seed = seed, .bounces = {}}, limits, film, {},
+         &stop);
+  return to_image(film, false);
+}
+
+}  // namespace
+
+StressScene::StressScene(const std::filesystem::path& scene_file)
+    : file(scene_file), scene(read_scene(scene_file)) {
+  std::ifstream stream(file);
+  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  std::smatch match;
+  if (!std::regex_search(text, match,
+                         std::regex(R"(Oracle:\s+(radiance|like|picture)\s+([\w./]+\w))"))) {
+    throw std::runtime_error(file.string() +
+                             ": no 'Oracle: radiance X', 'like FILE' or 'picture FILE' in it");
+  }
+  oracle = match[1];
+  value = match[2];
+  beyond_float = text.find("Beyond float") != std::string::npos;
+}
+
+Picture StressScene::find_truth(const Limits& limits, const std::atomic<bool>& stop) const {
+  Picture truth{.side = "reference", .image = {}, .degrees_of_freedom = Film::replicates - 1};
+  if (oracle == "radiance") {
+    truth.image = {scene.camera.width, scene.camera.height, {"R", "G", "B"}, {}, {}};
+    truth.image.values.assign(truth.image.pixel(0, scene.camera.height) * 3, std::stof(value));
+  } else if (oracle == "like") {
+    truth.image = render_slowly(read_scene(file.parent_path() / value), limits, stop);
+  } else {
+    truth = read_picture("reference", {file.parent_path() / value}, "");
+  }
+  return truth;
+}
+
+}  // namespace plumb::cli
