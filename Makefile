@@ -16,8 +16,8 @@ scenes := cornell seed
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps build test gate report bench exports references check-references lamp-sampling \
-  power lessons pictures clean
+.PHONY: help deps build test gate report bench exports references check-references stress \
+  stress-truth lamp-sampling power lessons pictures clean
 
 help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
@@ -29,6 +29,8 @@ help:
 	@echo "make references        renders the stored ground truth with all programs (40 minutes)"
 	@echo "make check-references  compares what the installed programs draw today with it"
 	@echo "make exports           writes the scenes for POV-Ray and Blender anew"
+	@echo "make stress        makes the tables of docs/stability.md (25 minutes)"
+	@echo "make stress-truth  has Mitsuba render the caustics that they are held against (5 minutes)"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
 	@echo "make power          makes the table of docs/power.md (10 minutes)"
 	@echo "make lessons        renders the plot and pictures of docs/lessons/ (4 minutes)"
@@ -94,6 +96,15 @@ references: exports
 
 check-references: build
 	python3 reference_scenes/references.py check build/plumb
+
+stress: build
+	python3 reference_scenes/stress/table.py build/plumb
+
+stress-truth: build
+	for scene in caustic caustic_in_mirror; do \
+	  build/plumb reference reference_scenes/stress/$$scene.xml --with mitsuba --spp 4096 --seeds 32 \
+	    -o reference_scenes/stress/$$scene.exr || exit; \
+	done
 
 lamp-sampling: build
 	build/lamp_sampling

@@ -31,7 +31,7 @@ StressScene::StressScene(const std::filesystem::path& scene_file)
   const std::string text(std::istreambuf_iterator<char>(stream), {});
   std::smatch match;
   if (!std::regex_search(text, match,
-                         std::regex(R"(Oracle:\s+(radiance|like|picture)\s+([\w./]+\w))"))) {
+                         std::regex(R"(Oracle:\s+(radiance|like|picture)\s+([\w./]*\w))"))) {
     throw std::runtime_error(file.string() +
                              ": no 'Oracle: radiance X', 'like FILE' or 'picture FILE' in it");
   }

@@ -132,13 +132,14 @@ std::optional<Trial> try_program(const Scene& scene, const std::filesystem::path
   const auto log = std::filesystem::temp_directory_path() / fmt::format("plumb-{}.log", scene.name);
   const bool has_samples = program != Program::povray;
   ReferenceSettings settings{.program = program, .quality = Quality::draft};
-  if (has_samples) settings.samples_per_pixel = 64;
+  if (has_samples) settings.samples_per_pixel = 256;
   if (has_samples) settings.seeds = 1;
   Reference reference = render_reference(scene, file, settings, log, watcher);
   if (has_samples && !watcher.stop) {
     settings.seeds = 4;
-    const double fitting = 64.0 / settings.seeds * seconds / std::max(reference.wall_seconds, 1e-3);
-    settings.samples_per_pixel = static_cast<int>(std::clamp(fitting, 1.0, most_samples / pixels));
+    const double ratio = seconds / settings.seeds / std::max(reference.wall_seconds, 1e-3);
+    settings.samples_per_pixel =
+        static_cast<int>(std::clamp(256.0 * ratio, 1.0, most_samples / pixels));
     reference = render_reference(scene, file, settings, log, watcher);
   }
   if (watcher.stop) return {};

@@ -1,0 +1,50 @@
+"""Writes the tables of docs/stability.md.
+
+    python3 reference_scenes/stress/table.py PLUMB    (which is 'make stress')
+
+Has PLUMB try every method and every installed program on every scene, 2 seconds each.
+"""
+
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+DOCUMENT = ROOT / "docs" / "stability.md"
+BEGIN = "<!-- tables: made by 'make stress' -->\n"
+END = "<!-- end of tables -->"
+
+
+def verdicts(lines):
+    """A row for each scene and a column for each method or program."""
+    scenes = {}
+    columns = []
+    for cells in ([cell.strip() for cell in line.strip("|\n").split("|")] for line in lines):
+        if cells[1] not in columns and cells[-1] != "-":
+            columns.append(cells[1])
+        scenes.setdefault(cells[0], []).append(cells[-1])
+    yield "| scene | " + " | ".join(columns) + " |\n"
+    yield "|---" * (len(columns) + 1) + "|\n"
+    for scene, row in scenes.items():
+        yield f"| {scene} | " + " | ".join(row) + " |\n"
+
+
+def main():
+    command = [sys.argv[1], "stress", "--with", "cycles,povray,mitsuba", "--time", "2"]
+    result = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
+    if result.returncode > 1:
+        return result.returncode
+    lines = result.stdout.splitlines(keepends=True)
+    head, rows = lines[:4], lines[4:]
+    text = DOCUMENT.read_text(encoding="utf-8")
+    before, rest = text.split(BEGIN)
+    after = rest.split(END)[1]
+    table = "".join([head[0], "\n", *verdicts(rows), "\n", *head[2:], *rows])
+    DOCUMENT.write_text(f"{before}{BEGIN}\n{table}\n{END}{after}", encoding="utf-8")
+    return result.returncode
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    sys.exit(main())
