@@ -80,6 +80,20 @@ bool finds_lamps_by_chance(const Scene& scene, Method method) {
   return method == Method::bsdf || std::ranges::any_of(scene.shapes, is_mirror);
 }
 
+// The brightest sample that another program may have drawn, which is unknown: as much as would
+// explain how far a pixel's pictures by other seeds lie apart. Roulette can make it brighter than
+// any lamp.
+double brightest_by_scatter(const Reference& reference) {
+  const Image& image = reference.image;
+  if (image.channels.size() < 6) return 0.0;
+  double largest = 0.0;
+  for (size_t i = 3; i < image.values.size(); i += 6) {
+    largest = std::max(largest, double{*std::max_element(&image.values[i], &image.values[i] + 3)});
+  }
+  const double samples_of_seed = double{1} * reference.samples_per_pixel / reference.seeds;
+  return samples_of_seed * std::sqrt(largest * reference.seeds * (reference.seeds - 1));
+}
+
 // What noise alone may make of the difference of two averages: Student's quantile, because
 // variances come from few replicates. If the test is the darker one, it may have met none of some
 // rare bright samples, and then its variance does not tell; the second term of the empirical
@@ -143,13 +157,14 @@ std::optional<Trial> try_program(const Scene& scene, const std::filesystem::path
     reference = render_reference(scene, file, settings, log, watcher);
   }
   if (watcher.stop) return {};
+  const double brightest = std::max(brightest_lamp(scene), brightest_by_scatter(reference));
   return Trial{.picture = {.side = "test",
                            .image = std::move(reference.image),
                            .degrees_of_freedom = reference.seeds - 1.0},
                .program = reference.program,
                .seconds = reference.wall_seconds,
                .samples = reference.samples_per_pixel * pixels,
-               .brightest = brightest_lamp(scene),
+               .brightest = brightest,
                .tail = {}};
 }
 
