@@ -18,12 +18,14 @@ END = "<!-- end of tables -->"
 def verdicts(lines):
     """A row for each scene and a column for each method or program."""
     scenes = {}
-    columns = []
+    columns = {}
     for cells in ([cell.strip() for cell in line.strip("|\n").split("|")] for line in lines):
-        if cells[1] not in columns and cells[-1] != "-":
-            columns.append(cells[1])
-        scenes.setdefault(cells[0], []).append(cells[-1])
-    yield "| scene | " + " | ".join(columns) + " |\n"
+        row = scenes.setdefault(cells[0], [])
+        if cells[-1] != "-":  # else the program hasn't said its version
+            columns[len(row)] = cells[1]
+        columns.setdefault(len(row), cells[1])
+        row.append(cells[-1])
+    yield "| scene | " + " | ".join(columns.values()) + " |\n"
     yield "|---" * (len(columns) + 1) + "|\n"
     for scene, row in scenes.items():
         yield f"| {scene} | " + " | ".join(row) + " |\n"
