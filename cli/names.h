@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/faults.h"
 #include "reference_scenes/reference.h"
+#include "renderer/faults.h"
 #include "renderer/region_mask.h"
 #include "renderer/scene.h"
 #include "renderer/settings.h"
