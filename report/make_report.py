@@ -35,11 +35,12 @@ class Plan:
     methods: str = "bsdf,nee,mis"
     samplers: str = "sobol,independent"
     last: int = 512
+    best: int = 4096  # samples of our picture that is judged and shown
     runs: int = 3
     cut_bounces: str = "0:5"  # a biased series: its floor is to be seen
     samples: dict = field(default_factory=lambda: {
         "cycles": (4, 16, 64, 256), "mitsuba": (4, 16, 64, 256)})
-    qualities: dict = field(default_factory=lambda: {"draft": 3, "good": 1})  # runs of each
+    qualities: tuple = ("draft", "good")
 
 
 class Trouble(Exception):
@@ -112,17 +113,21 @@ class SceneReport:
                 "--runs", self.plan.runs, "--keep", folder, "--reference", self.stored["plumbline"])
             for file in folder.glob("*.exr"):
                 self.commands[file] = command
-        best = sorted((self.folder / "whole").glob(f"*-mis-sobol-{self.plan.last}spp-*.exr"))
-        self.ours = best[0]
+        self.ours = self.rendered("plumbline", self.folder / "best" / f"{self.plan.best}spp.exr",
+                                  "render", self.scene, "--spp", self.plan.best)
+
+    def rendered(self, program, file, *command):
+        """The file, rendered unless one of this scene is there already."""
+        command = [*command, "-o", file]
+        self.commands[file] = " ".join(["plumb", *map(self.plumb.shown, command)])
+        file.parent.mkdir(exist_ok=True)
+        if not file.exists() or exr.attributes(file)["sceneHash"] != self.hash:
+            self.run(f"{NAMES[program]}, {file.stem}", *command)
+        return file
 
     def reference(self, program, name, *settings):
-        """Another program's picture, rendered unless one of this scene is there already."""
-        file = self.folder / f"{name}.exr"
-        command = ["reference", self.scene, "--with", program, *settings, "-o", file]
-        self.commands[file] = " ".join(["plumb", *map(self.plumb.shown, command)])
-        if not file.exists() or exr.attributes(file)["sceneHash"] != self.hash:
-            self.run(f"{NAMES[program]}, {' '.join(map(str, settings))}", *command)
-        return file
+        return self.rendered(program, self.folder / f"{name}.exr", "reference", self.scene,
+                             "--with", program, *settings)
 
     def render_others(self):
         for program, counts in self.plan.samples.items():
@@ -131,10 +136,10 @@ class SceneReport:
                 self.others[program] = [
                     self.reference(program, f"{program}-{samples}spp-seed{seed}", "--spp", samples,
                                    "--seeds", 1, "--seed", seed) for seed in seeds]
-        for quality, runs in self.plan.qualities.items() if "povray" in self.programs else ():
+        for quality in self.plan.qualities if "povray" in self.programs else ():
             self.others["povray"] = [
                 self.reference("povray", f"povray-{quality}-{run}", "--quality", quality)
-                for run in range(1, runs + 1)]
+                for run in range(1, self.plan.runs + 1)]
 
     # -- Judgements
 
@@ -161,7 +166,7 @@ class SceneReport:
 
     def judge(self):
         """Ours against the others' stored ground truth; what was rendered here against it, too."""
-        ours = (f"Plumbline, {self.plan.last} spp", self.ours)
+        ours = ("Plumbline, rendered here", self.ours)
         stored = {program: (f"{NAMES[program]}, stored", file)
                   for program, file in self.stored.items()}
         no_noise = ("--floor", "0")  # a picture by POV-Ray has none, but bias: all of it is shown
@@ -201,8 +206,7 @@ class SceneReport:
                 "seconds": card.get("wallSeconds"), "command": command, "card": card}
 
     def pictures(self):
-        found = [self.picture(f"Plumbline, {self.plan.last} spp", self.ours,
-                              self.commands[self.ours])]
+        found = [self.picture("Plumbline, rendered here", self.ours, self.commands[self.ours])]
         for program, file in self.stored.items():
             found.append(self.picture(f"{NAMES[program]}, stored", file, "make references"))
         for program, (first, *_) in self.others.items():

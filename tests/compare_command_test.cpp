@@ -1,26 +1,19 @@
 // What may be relied on about `plumb compare` and files: it is run as a user would run it.
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "images/image.h"
+#include "tests/plumb_command.h"
 
 namespace plumb {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Result {
-  int exit_code;
-  std::string output;
-};
 
 constexpr int same = 0, different = 1, trouble = 2, inconclusive = 3;
 
@@ -33,32 +26,16 @@ void write_text(const fs::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;
 }
 
-// Each test has a folder of its own, in which `plumb` runs, with the picture clean.exr.
-class CompareCommand : public testing::Test {
+// With the picture clean.exr.
+class CompareCommand : public PlumbCommand {
  protected:
   void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder = fs::path(testing::TempDir()) /
-             ("plumb-compare-" + std::to_string(getpid()) + "-" + std::string(test->name()));
-    fs::create_directories(folder);
+    PlumbCommand::SetUp();
     for (int i = 0; i < 32 * 24 * 3; ++i) clean.values.push_back(0.1F + float(i % 97) / 100.0F);
     write_image(clean, folder / "clean.exr");
   }
 
-  void TearDown() override { fs::remove_all(folder); }
-
-  Result compare(const std::string& arguments) const {
-    const std::string command =
-        "cd '" + folder.string() + "' && '" PLUMB_EXECUTABLE "' compare " + arguments + " 2>&1";
-    std::FILE* pipe = popen(command.c_str(), "r");
-    Result result;
-    char buffer[4096];
-    while (const size_t n = std::fread(buffer, 1, sizeof(buffer), pipe)) {
-      result.output.append(buffer, n);
-    }
-    result.exit_code = WEXITSTATUS(pclose(pipe));
-    return result;
-  }
+  Result compare(const std::string& arguments) const { return plumb("compare " + arguments); }
 
   // Neither side, nor both, may hold the file.
   void expect_trouble(const std::string& file, const std::string& reason) const {
@@ -71,7 +48,6 @@ class CompareCommand : public testing::Test {
   }
 
   Image clean{32, 24, {"R", "G", "B"}, {}, {}};
-  fs::path folder;
 };
 
 TEST_F(CompareCommand, EqualPicturesAreTheSame) {

@@ -1,15 +1,13 @@
 // What may be relied on about `plumb converge` and `plumb chart`: they are run as a user would run
 // them, on real renders.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "images/image.h"
+#include "tests/plumb_command.h"
 
 namespace plumb {
 namespace {
@@ -17,46 +15,18 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-struct Result {
-  int exit_code;
-  std::string output;
-};
-
 Json read_json(const fs::path& file) {
   std::ifstream stream(file);
   return Json::parse(stream);
 }
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
-// Each test has a folder of its own, in which `plumb` runs, with a converged picture of the Cornell
-// box.
-class ConvergeCommand : public testing::Test {
+// With a converged picture of the Cornell box.
+class ConvergeCommand : public PlumbCommand {
  protected:
   void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder = fs::path(testing::TempDir()) /
-             ("plumb-converge-" + std::to_string(getpid()) + "-" + std::string(test->name()));
-    fs::create_directories(folder);
+    PlumbCommand::SetUp();
     ASSERT_EQ(plumb("render " + scene + " --size 32x32 --spp 16384 --seed 9 -o ref.exr").exit_code,
               0);
-  }
-
-  void TearDown() override { fs::remove_all(folder); }
-
-  Result plumb(const std::string& arguments) const {
-    const std::string command =
-        "cd '" + folder.string() + "' && '" PLUMB_EXECUTABLE "' " + arguments + " 2>&1";
-    std::FILE* pipe = popen(command.c_str(), "r");
-    Result result;
-    char buffer[4096];
-    while (const size_t n = std::fread(buffer, 1, sizeof(buffer), pipe)) {
-      result.output.append(buffer, n);
-    }
-    result.exit_code = WEXITSTATUS(pclose(pipe));
-    return result;
   }
 
   Result converge(const std::string& arguments) const {
@@ -64,7 +34,6 @@ class ConvergeCommand : public testing::Test {
   }
 
   const std::string scene = "'" PLUMB_SCENES "/cornell/scene.xml'";
-  fs::path folder;
 };
 
 TEST_F(ConvergeCommand, FindsTheLawOfIndependentSamplesAndOfSobolOnes) {
