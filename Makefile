@@ -17,7 +17,7 @@ generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
 .PHONY: help deps build test gate report bench exports references check-references stress \
-  stress-truth lamp-sampling power lessons pictures clean
+  stress-truth lamp-sampling power lessons charts pictures clean
 
 help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
@@ -29,11 +29,12 @@ help:
 	@echo "make references        renders the stored ground truth with all programs (40 minutes)"
 	@echo "make check-references  compares what the installed programs draw today with it"
 	@echo "make exports           writes the scenes for POV-Ray and Blender anew"
-	@echo "make stress        makes the tables of docs/stability.md (25 minutes)"
+	@echo "make stress        makes the tables of docs/stability.md (14 minutes)"
 	@echo "make stress-truth  has Mitsuba render the caustics that they are held against (5 minutes)"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
 	@echo "make power          makes the table of docs/power.md (10 minutes)"
 	@echo "make lessons        renders the plot and pictures of docs/lessons/ (4 minutes)"
+	@echo "make charts         puts the report's plots into docs/pictures/"
 	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
 	@echo "make clean   removes build/ and out/"
 
@@ -117,6 +118,12 @@ power: build
 
 lessons: build
 	python3 bench/noise_lesson.py build/plumb
+
+charts: report
+	for scene in $(scenes); do \
+	  cp out/report/$$scene/chart.svg docs/pictures/$${scene}_speed.svg && \
+	  cp out/report/$$scene/converge.svg docs/pictures/$${scene}_convergence.svg || exit; \
+	done
 
 pictures: build
 	@mkdir -p docs/pictures

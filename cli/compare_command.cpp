@@ -125,6 +125,11 @@ std::string notes(const Picture& picture) {
     text += fmt::format("{}: {}\n", picture.side, picture.image.encoding);
   }
   if (!picture.knows_noise()) text += fmt::format("{}: noise not known\n", picture.side);
+  const double samples = picture.samples_per_pixel();
+  if (samples > 0.0 && samples < 16.0) {
+    text += fmt::format("{}: too few samples to know its noise: 'different' may be by chance\n",
+                        picture.side);
+  }
   return text;
 }
 

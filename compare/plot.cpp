@@ -32,7 +32,8 @@ std::string script(const Plot& plot, const fs::path& file, bool is_svg) {
   const char* const terminal = is_svg ? "svg size 800,760 noenhanced font 'sans,14'"
                                       : "pngcairo size 1200,1140 noenhanced font 'sans,20'";
   std::string text = fmt::format(
-      "set terminal {} background rgb 'white'\nset output {}\nset colorsequence podo\n"
+      "set terminal {} background rgb 'white'\nset output {}\nset colorsequence podo\nset "
+      "pointsize 0.7\n"
       "set logscale xy\nset mxtics 10\nset mytics 10\nset format xy '%g'\nset grid linetype 1 "
       "linecolor rgb '#cccccc'\n"
       "set key below height 1 maxcolumns 2 Left reverse\n"

@@ -56,6 +56,15 @@ TEST_F(CompareCommand, EqualPicturesAreTheSame) {
   EXPECT_NE(result.output.find("plain check"), std::string::npos) << result.output;
 }
 
+TEST_F(CompareCommand, PicturesOfVeryFewSamplesGetAWarning) {
+  for (const auto& [samples, is_warned] : {std::pair{"0:8", true}, {"0:16", false}}) {
+    clean.metadata = {{"samples", samples}};
+    write_image(clean, folder / "few.exr");
+    const Result result = compare("few.exr clean.exr");
+    EXPECT_EQ(contains(result.output, "test: too few samples"), is_warned) << result.output;
+  }
+}
+
 // Unfit files
 
 TEST_F(CompareCommand, BadValuesAreTrouble) {
