@@ -32,7 +32,7 @@ help:
 	@echo "make stress        makes the tables of docs/stability.md (14 minutes)"
 	@echo "make stress-truth  has Mitsuba render the caustics that they are held against (5 minutes)"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
-	@echo "make power          makes the table of docs/power.md (10 minutes)"
+	@echo "make power          makes the table of docs/power.md (6 minutes)"
 	@echo "make lessons        renders the plot and pictures of docs/lessons/ (4 minutes)"
 	@echo "make charts         puts the report's plots into docs/pictures/"
 	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
