@@ -83,8 +83,9 @@ struct FaultyEstimator : Estimator<Lanes> {
     hn::Store(index.pixel.v, du, pixel);
     hn::Store((index.index * uint32_t{Film::replicates} + index.replicate).v, du, frame);
     for (size_t lane = 0; lane < lanes; ++lane) {
+      const uint32_t row = pixel[lane] / width;
       x[lane] = static_cast<T>(pixel[lane] % width);
-      y[lane] = static_cast<T>(pixel[lane] / width);
+      y[lane] = static_cast<T>(row);
       seed[lane] = webgl_seed(start + frame[lane]);
     }
     const hn::RebindToSigned<D> di;
