@@ -111,11 +111,14 @@ void add_rows(const Study& study, const Series& series, Exhibit& exhibit) {
       continue;
     }
     exhibit.rows.push_back({series.name, study.channels()[c], exponent_text(fall->law.exponent),
-                            bias_text(*fall), fmt::format("{:.3g}", fall->law.scale)});
+                            fmt::format("{:.2e} ({:.2e} to {:.2e})", fall->floor.value,
+                                        fall->floor.low, fall->floor.high),
+                            fmt::format("{:.2e}", study.reference_noise()[c]), bias_text(*fall),
+                            fmt::format("{:.3g}", fall->law.scale)});
     data["fits"].push_back({{"channel", study.channels()[c]},
                             {"scale", fall->law.scale},
                             {"exponent", to_json(fall->law.exponent)},
-                            {"floor", to_json(fall->law.floor)},
+                            {"floor", to_json(fall->floor)},
                             {"referenceNoise", study.reference_noise()[c]},
                             {"bias", to_json(fall->bias)},
                             {"stops", fall->stops}});
@@ -203,7 +206,8 @@ std::string ratio(double value, double best) {
 Exhibit convergence(const Study& study) {
   std::vector<Series> all = study.series();
   Exhibit exhibit{{"Error against samples", "samples per pixel", "relMSE", {}, {}},
-                  {"series", "channel", "noise falls as N^-p, p =", "bias", "relMSE of one sample"},
+                  {"series", "channel", "noise falls as N^-p, p =", "floor",
+                   "of it the reference's noise", "bias", "relMSE of one sample"},
                   {},
                   {about_reference(study)},
                   Json::array()};

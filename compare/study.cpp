@@ -139,8 +139,8 @@ Convergence Study::convergence(const Series& series, size_t channel) const {
   for (const Render& r : series.renders) {
     if (r.label.samples > 0.0) observations.push_back({r.label.samples, r.errors[channel]});
   }
-  Convergence result{fit_power_law(observations), {}};
-  const Interval floor = result.law.floor;
+  Convergence result{fit_power_law(observations), {}, {}};
+  const Interval& floor = result.floor = result.law.floor;
   const double own = 2.0 * noise_deviations_[channel];
   const double rest = floor.value - noise_[channel];
   const double low = rest - std::hypot(floor.value - floor.low, own);

@@ -51,6 +51,7 @@ struct Series {
 // the law is that without any floor but the reference's noise.
 struct Convergence {
   PowerLaw law;
+  Interval floor;  // with the reference's noise, as the fit without that knowledge finds it
   Interval bias;
   bool stops = false;
 };

@@ -92,7 +92,7 @@ class SceneReport:
         self.scene = ROOT / "reference_scenes" / name / "scene.xml"
         self.stored = {program: self.scene.with_name(f"{program}.exr")
                        for program in ("plumbline", "cycles", "povray")}
-        self.hash = exr.attributes(self.stored["plumbline"])["sceneHash"]
+        self.mask = self.folder / "objects.png"
         self.commands = {}  # by the picture's file
         self.others = {}    # the runs of each other program's best pictures, rendered here
 
@@ -113,6 +113,9 @@ class SceneReport:
                 "--runs", self.plan.runs, "--keep", folder, "--reference", self.stored["plumbline"])
             for file in folder.glob("*.exr"):
                 self.commands[file] = command
+        method, sampler = (words.split(",")[0] for words in (self.plan.methods, self.plan.samplers))
+        first = self.folder / "whole" / f"{self.name}-{method}-{sampler}-1spp-seed1.exr"
+        self.hash = exr.attributes(first)["sceneHash"]  # of the scene as it is now
         self.ours = self.rendered("plumbline", self.folder / "best" / f"{self.plan.best}spp.exr",
                                   "render", self.scene, "--spp", self.plan.best)
 
@@ -145,12 +148,9 @@ class SceneReport:
 
     def compare(self, test, reference, *options):
         """A pair of (title, file) as a row of the table of verdicts."""
-        mask = self.folder / "objects.png"
-        if not mask.exists():
-            self.run("mask of objects", "render", self.scene, "--aov", "object", "-o", mask)
         report = self.folder / f"{test[1].stem}-{reference[1].stem}.json"
         command = self.run(f"compare {test[0]} with {reference[0]}", "compare", test[1],
-                           reference[1], "--regions", mask, "--tolerance",
+                           reference[1], "--regions", self.mask, "--tolerance",
                            TOLERANCES[self.name], *options, "--json", report, accept=(0, 1, 3))
         found = json.loads(report.read_text("utf-8"))
 
@@ -166,6 +166,7 @@ class SceneReport:
 
     def judge(self):
         """Ours against the others' stored ground truth; what was rendered here against it, too."""
+        self.run("mask of objects", "render", self.scene, "--aov", "object", "-o", self.mask)
         ours = ("Plumbline, rendered here", self.ours)
         stored = {program: (f"{NAMES[program]}, stored", file)
                   for program, file in self.stored.items()}

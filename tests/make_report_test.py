@@ -80,6 +80,13 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
         make_report.make(PLUMB, self.plan)
         self.assertEqual(times(), before)
 
+    def test_renders_anew_what_is_of_another_scene(self):
+        file = self.plan.out / "report" / "cornell" / "best" / "64spp.exr"
+        subprocess.run(["oiiotool", file, "--attrib", "plumbline:sceneHash", "another", "-o", file],
+                       check=True)
+        make_report.make(PLUMB, self.plan)
+        self.assertNotEqual(make_report.exr.attributes(file)["sceneHash"], "another")
+
 
 class InterruptedReport(unittest.TestCase):
     def test_ends_as_interrupted_and_keeps_what_is_finished(self):
