@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -28,7 +29,7 @@ struct Options {
   StudyOptions study;
   std::vector<Method> methods{Method::mis};
   std::vector<Sampler> samplers{Sampler::sobol};
-  SampleRange spp{1, 1024};
+  std::pair<int64_t, int64_t> spp{1, 1024};  // least and most
   int runs = 3;
   Settings settings;  // of all renders
   std::optional<std::pair<int, int>> size;
@@ -46,6 +47,12 @@ auto list_of(Parse parse) {
   };
 }
 
+std::pair<int64_t, int64_t> parse_spp(const std::string& text) {
+  const auto [least, most] = parse_pair<int64_t>(text, ':', 1, largest_sample);
+  if (least > most) refuse(text, "a range A:B with A <= B");
+  return {least, most};
+}
+
 void add_options(CLI::App& command, Options& options) {
   command
       .add_option("PICTURES", options.study.pictures, "Scene file to render, or renders that exist")
@@ -56,7 +63,7 @@ void add_options(CLI::App& command, Options& options) {
              "Of a scene: bsdf, nee, mis (default: mis)");
   add_option(command, "--samplers", "S,...", options.samplers, list_of(one_of(sampler_words)),
              "sobol, independent (default: sobol)");
-  add_option(command, "--spp", "A:B", options.spp, parse_samples,
+  add_option(command, "--spp", "A:B", options.spp, parse_spp,
              "Samples per pixel A, 2 A, 4 A, ... up to B\n(default: 1:1024)");
   add_option(command, "--runs", "R", options.runs, number(1, 1000),
              "Renders of each, with other seeds (default: 3)");
@@ -81,7 +88,7 @@ std::vector<std::pair<Settings, int64_t>> plan(const Options& options) {
       settings.method = method;
       settings.sampler = sampler;
       settings.seed = 1;
-      for (int64_t n = options.spp.first; n <= options.spp.last; n *= 2) {
+      for (int64_t n = options.spp.first; n <= options.spp.second; n *= 2) {
         for (int run = 0; run < options.runs; ++run, ++settings.seed) {
           renders.emplace_back(settings, n);
         }

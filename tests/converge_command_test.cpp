@@ -113,6 +113,7 @@ TEST_F(ConvergeCommand, RefusesWhatMakesNoSense) {
            {"converge ref.exr --reference none.exr", "none.exr: cannot open"},
            {"chart ref.exr=a,0,1 --reference ref.exr", "'0' is not a number from 1"},
            {"converge " + scene + " --methods magic --reference ref.exr", "'magic' is not one of"},
+           {"converge " + scene + " --spp 0:4 --reference ref.exr", "'0' is not a whole number"},
            {"converge " + scene + " --size 8x8 --reference ref.exr", "8 x 8 pixels"},
            {"chart ref.exr --reference ref.exr -o a.jpg", ".svg or .png"}}) {
     const Result result = plumb(arguments);
