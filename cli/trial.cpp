@@ -126,6 +126,7 @@ std::optional<Trial> try_method(const Scene& scene, const Settings& settings, co
   Film film(scene.camera.width, scene.camera.height);
   const Cost cost = render(scene, settings, limits, film, {}, &stop);
   if (stop) return {};
+  if (film.samples_per_pixel() == 0) throw std::runtime_error(why_unfinished(cost));
   const Tail tail = measure_tail(scene, settings, film, limits);
   const double by_chance =
       finds_lamps_by_chance(scene, settings.method) ? brightest_lamp(scene) : 0;

@@ -22,7 +22,8 @@ Film::Counts samples_per_replicate(const SampleRange& samples) {
   return counts;
 }
 
-void Film::count(SampleRange samples) {
+void Film::end_pass(SampleRange samples) {
+  sums_.swap(next_);
   const Counts added = plumb::samples_per_replicate(samples);
   std::ranges::transform(counts_, added, counts_.begin(), std::plus{});
 }

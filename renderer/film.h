@@ -1,6 +1,7 @@
 // Collects samples of radiance and turns them into a picture that knows its own noise.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -26,15 +27,23 @@ class Film {
   int height() const { return height_; }
   int64_t pixel_count() const { return int64_t{width_} * height_; }
 
-  // Adds the radiance of one sample; `pixel` counts along rows from the top left corner.
-  template <typename T>
-  void add(size_t pixel, size_t replicate, const T* radiance, size_t stride) {
-    double* sum = &sums_[(pixel * replicates + replicate) * 3];
-    for (size_t c = 0; c < 3; ++c) sum[c] += double{radiance[c * stride]};
+  // A pass begins, opens each pixel before it adds to it, and ends when every pixel has received
+  // the samples; ranges must not overlap. A pass that is begun anew instead has never been: so a
+  // film holds whole passes.
+  void begin_pass() { next_.resize(sums_.size()); }
+  void end_pass(SampleRange samples);
+
+  // `pixel` counts along rows from the top left corner.
+  void open(size_t pixel) {
+    std::copy_n(&sums_[pixel * replicates * 3], replicates * 3, &next_[pixel * replicates * 3]);
   }
 
-  // Says that every pixel has received these samples. Ranges must not overlap.
-  void count(SampleRange samples);
+  // Adds the radiance of one sample.
+  template <typename T>
+  void add(size_t pixel, size_t replicate, const T* radiance, size_t stride) {
+    double* sum = &next_[(pixel * replicates + replicate) * 3];
+    for (size_t c = 0; c < 3; ++c) sum[c] += double{radiance[c * stride]};
+  }
 
   // Adds samples of which only the mean is known, in the layout of mean().
   void add_mean(int replicate, int64_t samples, const std::vector<float>& mean);
@@ -64,6 +73,7 @@ class Film {
   int width_;
   int height_;
   std::vector<double> sums_;
+  std::vector<double> next_;  // the sums with the pass under way
   Counts counts_{};
 };
 

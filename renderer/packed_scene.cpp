@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <stdexcept>
 
 namespace plumb {
 namespace {
@@ -68,7 +67,19 @@ struct Surface {
   const Shape* shape;
   std::variant<Polygon, Sphere> geometry;
   bool of_solid = false;
+  bool of_tree = false;
+  Vec3 normal{0.0};  // of a flat face
 };
+
+// Meshes of more faces are tested by way of a tree, which costs more for smaller ones.
+constexpr size_t most_faces_without_tree = 32;
+
+// What lamps are sampled by: rectangles and triangles.
+Mesh lamp_parts(const Polygon& face) {
+  const auto& c = face.corners;
+  if (c.size() == 3 || face.is_rectangle()) return {face};
+  return {{{c[0], c[1], c[2]}}, {{c[0], c[2], c[3]}}};
+}
 
 std::vector<Surface> list_surfaces(const Scene& scene, const Vec3& middle, double scale) {
   std::vector<Surface> surfaces;
@@ -79,21 +90,22 @@ std::vector<Surface> list_surfaces(const Scene& scene, const Vec3& middle, doubl
       continue;
     }
     const auto& mesh = std::get<Mesh>(shape.geometry);
-    const bool is_solid = !shape.is_lamp() && is_convex_solid(mesh);
+    const bool is_large = mesh.size() > most_faces_without_tree;
+    const bool is_solid = !shape.is_lamp() && !is_large && is_convex_solid(mesh);
     for (Polygon face : mesh) {
       for (Vec3& corner : face.corners) corner = (corner - middle) * scale;
-      if (shape.is_lamp() && !face.is_rectangle()) {
-        throw std::invalid_argument("a lamp must be a sphere or made of rectangles");
+      for (const Polygon& part : shape.is_lamp() ? lamp_parts(face) : Mesh{face}) {
+        surfaces.push_back({&shape, part, is_solid, is_large, part.normal()});
       }
-      surfaces.push_back({&shape, std::move(face), is_solid});
     }
   }
   return surfaces;
 }
 
 // Whether no part of the scene lies on one of the polygon's sides.
-bool bounds_the_scene(const Polygon& polygon, const std::vector<Surface>& surfaces) {
-  const Vec3 normal = polygon.normal();
+bool bounds_the_scene(const Surface& wall, const std::vector<Surface>& surfaces) {
+  const Vec3& normal = wall.normal;
+  const auto& polygon = std::get<Polygon>(wall.geometry);
   double lowest = 0.0;
   double highest = 0.0;
   const auto include = [&](const Vec3& point, double radius) {
@@ -118,7 +130,7 @@ int first_coplanar(const std::vector<Surface>& surfaces, int i) {
   const auto lies_in_plane = [&](const Surface& surface) {
     const auto* other = std::get_if<Polygon>(&surface.geometry);
     return other != nullptr && std::ranges::all_of(polygon->corners, [&](const Vec3& corner) {
-             return std::abs(other->normal().dot(corner - other->corners[0])) <= Polygon::rounding;
+             return std::abs(surface.normal.dot(corner - other->corners[0])) <= Polygon::rounding;
            });
   };
   return static_cast<int>(std::ranges::find_if(surfaces, lies_in_plane) - surfaces.begin());
@@ -170,6 +182,9 @@ void add_surface(const Surface& surface, bool starts_solid, double growth, T id,
     shapes.solids.back().faces.push_back(
         {pack_plane<T>(polygon.normal(), polygon.corners[0], growth), id});
     shapes.solids.back().faces.back().plane.id = plane;
+  } else if (surface.of_tree) {
+    shapes.tree.faces.push_back(pack_polygon<T>(polygon, growth, id));
+    shapes.tree.faces.back().plane.id = plane;
   } else if (polygon.is_parallelogram()) {
     shapes.parallelograms.push_back(pack_parallelogram<T>(polygon, growth, id));
     shapes.parallelograms.back().plane.id = plane;
@@ -179,10 +194,77 @@ void add_surface(const Surface& surface, bool starts_solid, double growth, T id,
   }
 }
 
+// The box of all points that the grown polygon's edges leave inside: its corners move outwards by
+// more where they are sharp. Twice the growth more covers what rounding adds to a hit point and to
+// the test of the box.
+Imath::Box3d grown_bounds(const Surface& surface, double growth) {
+  const auto& c = std::get<Polygon>(surface.geometry).corners;
+  Imath::Box3d box;
+  for (size_t i = 0; i < c.size(); ++i) {
+    const Vec3& corner = c[(i + 1) % c.size()];
+    const Vec3 before = (corner - c[i]).cross(surface.normal).normalized();
+    const Vec3 after = (c[(i + 2) % c.size()] - corner).cross(surface.normal).normalized();
+    box.extendBy(corner + (before + after) * (growth / std::max(1.0 + before.dot(after), 1e-9)));
+  }
+  return {box.min - Vec3(2.0 * growth), box.max + Vec3(2.0 * growth)};
+}
+
+// Makes the tree over its faces, which it puts into another order.
 template <typename T>
-PackedLamp<T> pack_lamp(const Surface& surface, T id) {
+class TreeBuilder {
+ public:
+  TreeBuilder(const std::vector<Surface>& surfaces, double growth, PackedTree<T>& tree)
+      : tree_(tree), left_(tree.faces) {
+    for (const auto& face : left_) {
+      boxes_.push_back(grown_bounds(surfaces[static_cast<size_t>(face.id)], growth));
+      order_.push_back(order_.size());
+    }
+    tree.faces.clear();
+    if (!left_.empty()) add_node(order_.begin(), order_.end());
+  }
+
+ private:
+  using Place = std::vector<size_t>::iterator;
+
+  // Halves the faces where their middles are farthest apart, down to a few, which are tested faster
+  // than further boxes.
+  void add_node(Place begin, Place end) {
+    constexpr auto most_in_leaf = 4;
+    Imath::Box3d box, middles;
+    for (Place face = begin; face != end; ++face) {
+      box.extendBy(boxes_[*face]);
+      middles.extendBy(boxes_[*face].center());
+    }
+    const auto axis = static_cast<int>(middles.majorAxis());
+    const size_t node = tree_.nodes.size();
+    tree_.nodes.push_back({pack<T>(box.min), pack<T>(box.max), 0, 0, axis});
+    if (end - begin <= most_in_leaf) {
+      tree_.nodes[node].first = static_cast<int>(tree_.faces.size());
+      tree_.nodes[node].count = static_cast<int>(end - begin);
+      for (Place face = begin; face != end; ++face) tree_.faces.push_back(left_[*face]);
+      return;
+    }
+    const Place half = begin + (end - begin) / 2;
+    std::nth_element(begin, half, end, [&](size_t a, size_t b) {
+      const double x = boxes_[a].center()[axis], y = boxes_[b].center()[axis];
+      return x != y ? x < y : a < b;  // the same tree by every standard library
+    });
+    add_node(begin, half);
+    tree_.nodes[node].first = static_cast<int>(tree_.nodes.size());
+    add_node(half, end);
+  }
+
+  PackedTree<T>& tree_;
+  std::vector<PackedPolygon<T>> left_;
+  std::vector<Imath::Box3d> boxes_;
+  std::vector<size_t> order_;
+};
+
+template <typename T>
+PackedLamp<T> pack_lamp(const Surface& surface, T id, T plane) {
   PackedLamp<T> lamp{};
   lamp.id = id;
+  lamp.plane = plane;
   lamp.radiance = pack<T>(surface.shape->radiance);
   if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
     lamp.kind = PackedLamp<T>::Kind::sphere;
@@ -194,11 +276,18 @@ PackedLamp<T> pack_lamp(const Surface& surface, T id) {
   const auto& polygon = std::get<Polygon>(surface.geometry);
   const Vec3 x = polygon.corners[1] - polygon.corners[0];
   const Vec3 y = polygon.corners.back() - polygon.corners[0];
-  lamp.kind = PackedLamp<T>::Kind::rectangle;
   lamp.corner = pack<T>(polygon.corners[0]);
+  lamp.normal = pack<T>(surface.normal);
+  if (polygon.corners.size() == 3) {
+    lamp.kind = PackedLamp<T>::Kind::triangle;
+    lamp.x = pack<T>(x);
+    lamp.y = pack<T>(y);
+    lamp.area = static_cast<T>(x.cross(y).length() / 2.0);
+    return lamp;
+  }
+  lamp.kind = PackedLamp<T>::Kind::rectangle;
   lamp.x = pack<T>(x.normalized());
   lamp.y = pack<T>(y.normalized());
-  lamp.normal = pack<T>(polygon.normal());
   lamp.x_length = static_cast<T>(x.length());
   lamp.y_length = static_cast<T>(y.length());
   lamp.area = static_cast<T>(x.length() * y.length());
@@ -217,6 +306,7 @@ void choose_by_power(std::vector<PackedLamp<T>>& lamps) {
     lamp.choice_begin = static_cast<T>(begin);
     lamp.probability = static_cast<T>(power(lamp) / total);
     begin += power(lamp) / total;
+    lamp.choice_end = static_cast<T>(begin);
   }
 }
 
@@ -260,6 +350,35 @@ void set_row(SurfaceTable<T>& table, int id, int plane, const Surface& surface, 
   set(Table::scale, 1.0 - std::min(0.5, 4.0 * growth / inner_radius(polygon, middle)));
 }
 
+// A filter's weight at a distance from the pixel's middle, in pixels.
+double filter_weight(const Filter& filter, double distance) {
+  const double x = distance / filter.size;
+  if (filter.kind == Filter::Kind::tent) return std::max(0.0, 1.0 - x);
+  return std::max(0.0, std::exp(-x * x / 2.0) - std::exp(-8.0));  // 0 at four deviations
+}
+
+template <typename T>
+PackedFilter<T> pack_filter(const Filter& filter) {
+  PackedFilter<T> packed;
+  packed.crosses_border = filter.crosses_border;
+  if (filter.kind == Filter::Kind::box) return packed;
+  constexpr int shares = 1024;
+  constexpr int steps = 64 * shares;
+  std::vector<double> sums{0.0};  // of the weights, by the midpoint rule
+  const double step = 2.0 * filter.radius() / steps;
+  const auto position = [&](double i) { return i * step - filter.radius(); };
+  for (int i = 0; i < steps; ++i) {
+    sums.push_back(sums.back() + filter_weight(filter, std::abs(position(i + 0.5))));
+  }
+  for (int share = 0, i = 0; share <= shares; ++share) {
+    const double sum = sums.back() * share / shares;
+    while (i + 1 < steps && sums[size_t(i) + 1] < sum) ++i;
+    const double weight = sums[size_t(i) + 1] - sums[size_t(i)];
+    packed.offsets.push_back(static_cast<T>(position(i + (sum - sums[size_t(i)]) / weight)));
+  }
+  return packed;
+}
+
 template <typename T>
 PackedCamera<T> pack_camera(const Camera& camera, const Vec3& middle, double scale) {
   const double half_width = camera.half_width();
@@ -269,11 +388,24 @@ PackedCamera<T> pack_camera(const Camera& camera, const Vec3& middle, double sca
           .corner = pack<T>(camera.forward - camera.right * half_width + camera.up * half_height),
           .x_pixel = pack<T>(camera.right * pixel),
           .y_pixel = pack<T>(camera.up * -pixel),
+          .filter = pack_filter<T>(camera.filter),
           .width = camera.width,
           .height = camera.height};
 }
 
 }  // namespace
+
+template <typename T>
+T PackedFilter<T>::share_below(T offset) const {
+  const auto above = std::ranges::upper_bound(offsets, offset);
+  if (above == offsets.begin()) return 0;
+  if (above == offsets.end()) return 1;
+  const T part = (offset - above[-1]) / (above[0] - above[-1]);
+  return (static_cast<T>(above - offsets.begin() - 1) + part) / static_cast<T>(offsets.size() - 1);
+}
+
+template struct PackedFilter<float>;
+template struct PackedFilter<double>;
 
 template <typename T>
 PackedScene<T>::PackedScene(const Scene& scene) {
@@ -298,16 +430,19 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     const bool starts_solid = i == 0 || list[size_t(i) - 1].shape != surface.shape;
     add_surface<T>(surface, starts_solid, growth, id, plane, shapes);
     const auto* polygon = std::get_if<Polygon>(&surface.geometry);
-    if (polygon == nullptr || surface.of_solid || !bounds_the_scene(*polygon, list)) {
+    const bool is_wall = polygon != nullptr && !surface.of_solid && !surface.of_tree;
+    if (!is_wall || !bounds_the_scene(surface, list)) {
       add_surface<T>(surface, starts_solid, growth, id, plane, occluders);
     }
-    if (surface.shape->is_lamp()) lamps.push_back(pack_lamp<T>(surface, id));
+    if (surface.shape->is_lamp()) lamps.push_back(pack_lamp<T>(surface, id, plane));
     set_row(surfaces, i, first, surface, growth);
     has_coplanar |= first != i;
     has_mirrors |= surface.shape->bsdf.kind == Bsdf::Kind::conductor;
     has_two_sided |= surface.shape->bsdf.two_sided;
   }
   choose_by_power(lamps);
+  TreeBuilder<T>(list, growth, shapes.tree);
+  TreeBuilder<T>(list, growth, occluders.tree);
 }
 
 template struct PackedScene<float>;

@@ -64,22 +64,42 @@ struct PackedSolid {
   std::vector<Face> faces;
 };
 
+// The faces of large meshes below a binary tree of boxes: those of a leaf stand one after the
+// other.
+template <typename T>
+struct PackedTree {
+  struct Node {
+    PackedVec3<T> low, high;  // what rounding lets a ray meet of the faces lies within
+    int first;  // of a leaf: its first face; else the second child, the first one follows the node
+    int count;  // of a leaf's faces; else 0
+    int axis;   // along which the first child lies lower
+  };
+  static constexpr int most_levels = 64;
+
+  std::vector<Node> nodes;
+  std::vector<PackedPolygon<T>> faces;
+};
+
 template <typename T>
 struct PackedShapes {
   std::vector<PackedParallelogram<T>> parallelograms;
   std::vector<PackedPolygon<T>> polygons;
   std::vector<PackedSolid<T>> solids;
   std::vector<PackedSphere<T>> spheres;
+  PackedTree<T> tree;
 };
 
-// An emitting surface. A rectangle has unit vectors x, y along its sides from a corner.
+// An emitting surface. A rectangle has unit vectors x, y along its sides from a corner; a triangle
+// has the corners corner, corner + x, corner + y.
 template <typename T>
 struct PackedLamp {
-  enum class Kind { rectangle, sphere };
+  enum class Kind { rectangle, triangle, sphere };
   Kind kind;
   T id;
+  T plane;  // Plane::id; of a sphere its own id
   PackedVec3<T> radiance;
-  T choice_begin;  // the lamp is chosen for u in [choice_begin, choice_begin + probability)
+  T choice_begin;  // the lamp is chosen for u in [choice_begin, choice_end)
+  T choice_end;
   T probability;
   PackedVec3<T> corner;  // the centre of a sphere
   PackedVec3<T> x;
@@ -117,12 +137,24 @@ struct SurfaceTable {
   T* column(int c) { return values.data() + size_t(c) * size_t(stride); }
 };
 
+// Where in a pixel's filter a number from 0 to 1 lies, along x or y: `offsets` from the pixel's
+// middle, in pixels, that have even shares of the filter's weight between them.
+template <typename T>
+struct PackedFilter {
+  std::vector<T> offsets;       // none: the pixel's own square
+  bool crosses_border = false;  // or it is cut at the picture's border, as Mitsuba does by default
+
+  // The share of the weight below an offset.
+  T share_below(T offset) const;
+};
+
 template <typename T>
 struct PackedCamera {
   PackedVec3<T> origin;
   PackedVec3<T> corner;   // direction through the image's top left corner
   PackedVec3<T> x_pixel;  // step to the next pixel to the right
   PackedVec3<T> y_pixel;  // step to the next pixel below
+  PackedFilter<T> filter;
   int width;
   int height;
 };
@@ -140,7 +172,6 @@ struct PackedScene {
   bool has_two_sided = false;
   bool has_coplanar = false;
 
-  // Throws std::invalid_argument for a lamp that is neither a sphere nor made of rectangles.
   explicit PackedScene(const Scene& scene);
 };
 

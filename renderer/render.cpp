@@ -1,5 +1,6 @@
 #include "renderer/render.h"
 
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
@@ -9,6 +10,8 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <functional>
+#include <limits>
 #include <stdexcept>
 
 #include "renderer/faults.h"
@@ -68,6 +71,32 @@ int64_t trace_job(const TraceJob<float>& job) {
 
 int64_t trace_job(const TraceJob<double>& job) { return trace(job); }
 
+// Says when a pass is not worth waiting for.
+class Impatience {
+ public:
+  Impatience(double end, const std::atomic<bool>* stop) : end_(end), stop_(stop) {}
+
+  bool is_abandoned(int64_t longest_path) {
+    if (path_ > 0) return true;
+    constexpr double patience = 0.5;  // seconds
+    const double now = wall_now();
+    double never = std::numeric_limits<double>::infinity();
+    if (stop_ != nullptr && *stop_) told_.compare_exchange_strong(never, now);
+    const bool is_endless = longest_path > endless_path && now > std::min(end_, told_.load());
+    if (is_endless || now > told_ + patience) path_ = std::max<int64_t>(longest_path, 1);
+    return path_ > 0;
+  }
+
+  // Of the abandoned pass, its longest path; 0: none was.
+  int64_t path() const { return path_; }
+
+ private:
+  double end_;
+  const std::atomic<bool>* stop_;
+  std::atomic<double> told_ = std::numeric_limits<double>::infinity();  // to stop
+  std::atomic<int64_t> path_ = 0;
+};
+
 template <typename T>
 Cost render_as(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
                const ProgressCallback& callback, const std::atomic<bool>* stop) {
@@ -77,6 +106,10 @@ Cost render_as(const Scene& scene, const Settings& settings, const Limits& limit
   tbb::task_arena arena(threads);
   const double wall_start = wall_now();
   const double cpu_start = cpu_now();
+  Impatience impatience(wall_start + limits.seconds, stop);
+  const std::function<bool(int64_t)> is_abandoned = [&](int64_t longest_path) {
+    return impatience.is_abandoned(longest_path);
+  };
   Progress progress;
   do {
     const int64_t first = limits.samples.first + progress.samples_per_pixel;
@@ -84,14 +117,21 @@ Cost render_as(const Scene& scene, const Settings& settings, const Limits& limit
     const SampleRange samples{first, last};
     std::atomic<int64_t> next_pixel{0};
     std::atomic<int64_t> rays{0};
-    const TraceJob<T> job{packed, settings, samples, film, next_pixel};
+    const TraceJob<T> job{packed, settings, samples, film, next_pixel, is_abandoned};
+    film.begin_pass();
     arena.execute([&] { tbb::parallel_for(0, threads, [&](int) { rays += trace_job(job); }); });
-    film.count(samples);
+    if (impatience.path() > 0) {
+      progress.cost.wall_seconds = wall_now() - wall_start;
+      progress.cost.unfinished_path = impatience.path();
+      break;
+    }
+    film.end_pass(samples);
     progress.samples_per_pixel += samples.count();
     progress.cost = {.wall_seconds = wall_now() - wall_start,
                      .cpu_seconds = cpu_now() - cpu_start,
                      .samples = progress.cost.samples + samples.count() * film.pixel_count(),
-                     .rays = progress.cost.rays + rays};
+                     .rays = progress.cost.rays + rays,
+                     .unfinished_path = 0};
     progress.relative_error = film.relative_error();
     progress.seconds_left = seconds_left(limits, progress);
     if (callback) callback(progress);
@@ -100,6 +140,15 @@ Cost render_as(const Scene& scene, const Settings& settings, const Limits& limit
 }
 
 }  // namespace
+
+std::string why_unfinished(const Cost& cost) {
+  if (cost.unfinished_path == 0) return "";
+  if (cost.unfinished_path <= endless_path) return "the pass under way was too long to wait for";
+  return fmt::format(
+      "a path has not ended after {} bounces: every surface that it meets reflects everything "
+      "(--bounces 0:N ends paths)",
+      cost.unfinished_path);
+}
 
 Cost render(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
             const ProgressCallback& progress, const std::atomic<bool>* stop) {

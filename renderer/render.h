@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <string>
 
 #include "renderer/film.h"
 #include "renderer/scene.h"
@@ -12,7 +13,8 @@
 
 namespace plumb {
 
-// A render ends with whichever comes first. Time and error are looked at between passes.
+// A render ends with whichever comes first. Time and error are looked at between passes: but when
+// the time is up, a pass in which a path doesn't end is left unfinished.
 struct Limits {
   SampleRange samples{0, std::numeric_limits<int64_t>::max()};
   double seconds = std::numeric_limits<double>::infinity();
@@ -25,7 +27,15 @@ struct Cost {
   double cpu_seconds = 0.0;
   int64_t samples = 0;  // of all pixels
   int64_t rays = 0;     // shadow rays included
+  // The bounces of the longest path, where the last pass was left unfinished; else 0.
+  int64_t unfinished_path = 0;
 };
+
+// A path of so many bounces hardly ever ends: what it meets reflects everything.
+constexpr int64_t endless_path = 10000;
+
+// Why the last pass was left unfinished, as a sentence; nothing if it was not.
+std::string why_unfinished(const Cost& cost);
 
 struct Progress {
   Cost cost;
@@ -37,8 +47,8 @@ struct Progress {
 // Called after each pass, on the calling thread.
 using ProgressCallback = std::function<void(const Progress&)>;
 
-// Adds samples to the film. Setting `stop` ends the render with the pass under way, so that the
-// film always holds whole passes and knows its number of samples.
+// Adds samples to the film. Setting `stop` ends the render with the pass under way or, if that
+// takes more than half a second, without it. The film always holds whole passes, or nothing.
 Cost render(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
             const ProgressCallback& progress = {}, const std::atomic<bool>* stop = nullptr);
 

@@ -7,9 +7,12 @@
 #include <Imath/ImathVec.h>
 
 #include <array>
+#include <cstdint>
 #include <string>
 #include <variant>
 #include <vector>
+
+#include "renderer/settings.h"
 
 namespace plumb {
 
@@ -59,6 +62,18 @@ struct Shape {
 
 constexpr int largest_image_side = 8192;
 
+// How much light at a distance from a pixel's middle counts, along x and along y: `box` is the
+// pixel's own square, `tent` falls linearly to 0 at `size` pixels, `gaussian` has the standard
+// deviation `size` and ends after four of them, less what it is there (as Mitsuba's do).
+struct Filter {
+  enum class Kind { box, tent, gaussian };
+  Kind kind = Kind::box;
+  double size = 0.5;
+  bool crosses_border = false;  // what lies beside the picture counts for its outermost pixels
+
+  double radius() const { return kind == Kind::gaussian ? 4.0 * size : size; }
+};
+
 // A pinhole. Pixel (x, y) covers the square from (x, y) to (x + 1, y + 1); y points down.
 struct Camera {
   enum class FovAxis { x, y, diagonal, smaller, larger };
@@ -71,9 +86,17 @@ struct Camera {
   FovAxis fov_axis = FovAxis::x;
   int width = 0;
   int height = 0;
+  Filter filter;
 
-  // Half the width of the image plane at distance 1 along `forward`.
+  // Half the width of the image plane at distance 1 along `forward`, and half its height.
   double half_width() const;
+  double half_height() const { return half_width() * height / width; }
+};
+
+// What a scene file asks of its renders.
+struct RenderRequest {
+  BounceRange bounces;
+  int64_t samples_per_pixel = 0;  // 0: nothing
 };
 
 struct Scene {
@@ -81,6 +104,8 @@ struct Scene {
   std::string hash;  // SHA-1 of the scene file's bytes and of those of the files it names
   Camera camera;
   std::vector<Shape> shapes;
+  RenderRequest request;
+  std::vector<std::string> notes;  // what of the file was taken how, a line each
 };
 
 }  // namespace plumb

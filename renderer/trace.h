@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 
 #include "renderer/film.h"
 #include "renderer/packed_scene.h"
@@ -18,6 +19,9 @@ struct TraceJob {
   SampleRange samples;
   Film& film;
   std::atomic<int64_t>& next_pixel;
+  // Asked every few milliseconds, on all threads, with the bounces of the longest path under way:
+  // whether to leave the job unfinished.
+  const std::function<bool(int64_t)>& is_abandoned;
 };
 
 // Takes pixels until none is left and adds their samples to the film. Returns how many rays were

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
 #include <vector>
@@ -10,9 +11,22 @@
 namespace plumb {
 namespace {
 
-void add(Film& film, int64_t sample, float value) {
-  const float rgb[3] = {value, 2.0f * value, 0.0f};
-  film.add(0, static_cast<size_t>(sample % Film::replicates), rgb, 1);
+using Values = std::function<float(int64_t)>;
+
+void take(Film& film, const SampleRange& samples, const Values& value) {
+  film.begin_pass();
+  film.open(0);
+  for (int64_t s = samples.first; s < samples.last; ++s) {
+    const float rgb[3] = {value(s), 2.0f * value(s), 0.0f};
+    film.add(0, static_cast<size_t>(s % Film::replicates), rgb, 1);
+  }
+}
+
+Film film_of(int64_t samples, const Values& value) {
+  Film film(1, 1);
+  take(film, {0, samples}, value);
+  film.end_pass({0, samples});
+  return film;
 }
 
 TEST(Film, StartsBlack) {
@@ -23,9 +37,7 @@ TEST(Film, StartsBlack) {
 }
 
 TEST(Film, GivesTheMeanOfItsSamples) {
-  Film film(1, 1);
-  for (int s = 0; s < 6; ++s) add(film, s, static_cast<float>(s));
-  film.count({0, 6});
+  const Film film = film_of(6, [](int64_t s) { return static_cast<float>(s); });
   EXPECT_EQ(film.mean(), (std::vector<float>{2.5f, 5.0f, 0.0f}));
 }
 
@@ -36,9 +48,7 @@ TEST(Film, CountsTheSamplesOfEachReplicate) {
 }
 
 TEST(Film, KnowsNoVarianceFromOneReplicate) {
-  Film film(1, 1);
-  add(film, 0, 1.0f);
-  film.count({0, 1});
+  const Film film = film_of(1, [](int64_t) { return 1.0f; });
   EXPECT_EQ(film.relative_error(), std::numeric_limits<double>::infinity());
   EXPECT_EQ(film.variance(), std::vector<float>(3, 0.0f));
 }
@@ -52,9 +62,7 @@ TEST(Film, EstimatesTheVarianceOfTheMeanWithoutBias) {
     double sum = 0.0;
     constexpr int films = 20000;
     for (int i = 0; i < films; ++i) {
-      Film film(1, 1);
-      for (int s = 0; s < samples; ++s) add(film, s, uniform(random));
-      film.count({0, samples});
+      const Film film = film_of(samples, [&](int64_t) { return uniform(random); });
       sum += double{film.variance()[0]};
     }
     EXPECT_NEAR(sum / films * samples * 12.0, 1.0, 0.05) << samples;
@@ -62,9 +70,7 @@ TEST(Film, EstimatesTheVarianceOfTheMeanWithoutBias) {
 }
 
 TEST(Film, EstimatesTheRelativeErrorByTheFormulaInItsHeader) {
-  Film film(1, 1);
-  for (int s = 0; s < 8; ++s) add(film, s, s % 2 == 0 ? 1.0f : 3.0f);
-  film.count({0, 8});
+  const Film film = film_of(8, [](int64_t s) { return s % 2 == 0 ? 1.0f : 3.0f; });
   const std::vector<float> mean = film.mean();
   const std::vector<float> variance = film.variance();
   double sum = 0.0;
@@ -72,11 +78,19 @@ TEST(Film, EstimatesTheRelativeErrorByTheFormulaInItsHeader) {
   EXPECT_NEAR(film.relative_error(), std::sqrt(sum / 3.0), 1e-6);
 }
 
+TEST(Film, ForgetsAPassThatIsNotEnded) {
+  Film film = film_of(4, [](int64_t) { return 1.0f; });
+  take(film, {4, 8}, [](int64_t) { return 100.0f; });
+  EXPECT_EQ(film.mean()[0], 1.0f);
+  EXPECT_EQ(film.samples_per_pixel(), 4);
+  take(film, {4, 8}, [](int64_t) { return 3.0f; });
+  film.end_pass({4, 8});
+  EXPECT_EQ(film.mean()[0], 2.0f);
+}
+
 TEST(Film, TakesMeansForSamples) {
-  Film whole(1, 1);
+  const Film whole = film_of(16, [](int64_t s) { return static_cast<float>(s * s); });
   Film parts(1, 1);
-  for (int s = 0; s < 16; ++s) add(whole, s, static_cast<float>(s * s));
-  whole.count({0, 16});
   for (int r = 0; r < Film::replicates; ++r) {
     parts.add_mean(r, 4, whole.replicate_mean(r));
   }

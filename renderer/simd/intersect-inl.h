@@ -133,6 +133,39 @@ HWY_INLINE void keep_nearest(const List& shapes, const Ray<D>& ray, Hit<D>& hit)
   }
 }
 
+// Calls `visit` with each face of each leaf that a lane's ray enters before its `limit()`, and with
+// these lanes. The boxes are so large that a limit never hides a nearer face: whatever the order,
+// and whatever other lanes do, a lane finds the same.
+template <class D, typename T, class Limit, class Visit>
+HWY_INLINE void walk(const PackedTree<T>& tree, const Ray<D>& ray, Limit limit, Visit visit) {
+  using R = Real<D>;
+  if (tree.nodes.empty()) return;
+  const V3<D> inverse(R(1) / ray.backward.x, R(1) / ray.backward.y, R(1) / ray.backward.z);
+  const Real<D> coordinates[] = {ray.backward.x, ray.backward.y, ray.backward.z};
+  int stack[PackedTree<T>::most_levels];
+  int levels = 0;
+  stack[levels++] = 0;
+  while (levels > 0) {
+    const int index = stack[--levels];
+    const auto& node = tree.nodes[static_cast<size_t>(index)];
+    const V3<D> a = (ray.origin - V3<D>(node.low)) * inverse;
+    const V3<D> b = (ray.origin - V3<D>(node.high)) * inverse;
+    const R enter = max(max(min(a.x, b.x), min(a.y, b.y)), min(a.z, b.z));
+    const R exit = min(min(max(a.x, b.x), max(a.y, b.y)), max(a.z, b.z));
+    const Bool<D> enters = (enter <= exit) & (exit > R(0)) & (enter <= limit());
+    if (!enters.any()) continue;
+    for (int i = 0; i < node.count; ++i) {
+      visit(tree.faces[static_cast<size_t>(node.first + i)], enters);
+    }
+    if (node.count > 0) continue;
+    // First where most of the rays come from.
+    const Bool<D> upwards = enters & (coordinates[node.axis] < R(0));
+    const bool lower_first = 2 * upwards.count() >= enters.count();
+    stack[levels++] = lower_first ? node.first : index + 1;
+    stack[levels++] = lower_first ? index + 1 : node.first;
+  }
+}
+
 template <class D, typename T>
 HWY_INLINE Hit<D> find_nearest(const PackedShapes<T>& shapes, const Ray<D>& ray) {
   Hit<D> hit{Real<D>(hwy::HighestValue<T>()), Real<D>(-1)};
@@ -140,6 +173,14 @@ HWY_INLINE Hit<D> find_nearest(const PackedShapes<T>& shapes, const Ray<D>& ray)
   keep_nearest(shapes.polygons, ray, hit);
   keep_nearest(shapes.spheres, ray, hit);
   keep_nearest(shapes.solids, ray, hit);
+  const auto limit = [&hit] { return hit.distance; };
+  walk(shapes.tree, ray, limit, [&](const PackedPolygon<T>& face, Bool<D> enters) {
+    const Crossing<D> crossing = cross(face, ray);
+    const Bool<D> first = (crossing.distance == hit.distance) & (crossing.id < hit.id);
+    const Bool<D> nearer = crossing.hit & enters & ((crossing.distance < hit.distance) | first);
+    hit.distance = select(nearer, crossing.distance, hit.distance);
+    hit.id = select(nearer, crossing.id, hit.id);
+  });
   return hit;
 }
 
@@ -165,6 +206,12 @@ HWY_INLINE Bool<D> is_occluded(const PackedShapes<T>& occluders, const Ray<D>& r
     const Crossing<D> crossing = cross(solid, ray);
     shadow = shadow | (crossing.hit & (crossing.distance < distance));
   }
+  const auto limit = [&] { return select(shadow, Real<D>(-hwy::HighestValue<T>()), distance); };
+  walk(occluders.tree, ray, limit, [&](const PackedPolygon<T>& face, Bool<D> enters) {
+    const Crossing<D> crossing = cross(face, ray);
+    shadow =
+        shadow | (crossing.hit & enters & (crossing.distance < distance) & (crossing.id != lamp));
+  });
   return shadow;
 }
 

@@ -52,9 +52,9 @@ class LaneSamples {
             mix(Bits<D>(job_.settings.seed))};
   }
 
-  // The pixels' columns and rows.
-  Real<D> x() const { return hn::Load(D(), x_); }
-  Real<D> y() const { return hn::Load(D(), y_); }
+  // Where in the picture, in pixels, u and v lie within the pixels' filters.
+  Real<D> x(Real<D> u) const { return place(x_, u, left_, width_); }
+  Real<D> y(Real<D> v) const { return place(y_, v, top_, height_); }
 
  private:
   static constexpr size_t lanes = hn::MaxLanes(D());
@@ -76,6 +76,8 @@ class LaneSamples {
       x_[lane] = static_cast<T>(next_pixel_ - row * job_.film.width());
       y_[lane] = static_cast<T>(row);
       sample_[lane] = job_.samples.first;
+      job_.film.open(pixel_[lane]);
+      if (!filter_.offsets.empty()) fit_filter(lane);
       ++next_pixel_;
     }
     const auto sample = static_cast<uint64_t>(sample_[lane]);
@@ -84,7 +86,34 @@ class LaneSamples {
     return true;
   }
 
+  // How much of the filter is left where the picture ends.
+  void fit_filter(size_t lane) {
+    const auto cut = [&](T position, int size, T& first, T& share) {
+      const T middle = position + T{0.5};
+      first = filter_.crosses_border ? T{0} : filter_.share_below(-middle);
+      const T last = filter_.share_below(static_cast<T>(size) - middle);
+      share = (filter_.crosses_border ? T{1} : last) - first;
+    };
+    cut(x_[lane], job_.film.width(), left_[lane], width_[lane]);
+    cut(y_[lane], job_.film.height(), top_[lane], height_[lane]);
+  }
+
+  Real<D> place(const T* pixel, Real<D> u, const T* first, const T* share) const {
+    using R = Real<D>;
+    const D d;
+    const R corner = hn::Load(d, pixel);
+    if (filter_.offsets.empty()) return corner + u;
+    const auto last = static_cast<T>(filter_.offsets.size() - 1);
+    const R at = fma(u, R(hn::Load(d, share)), R(hn::Load(d, first))) * R(last);
+    const R below = min(R(hn::Floor(at.v)), R(last - 1));
+    const auto index = hn::ConvertTo(hn::RebindToSigned<D>(), below.v);
+    const R a = hn::GatherIndex(d, filter_.offsets.data(), index);
+    const R b = hn::GatherIndex(d, filter_.offsets.data() + 1, index);
+    return corner + R(T{0.5}) + fma(b - a, at - below, a);
+  }
+
   const TraceJob<T>& job_;
+  const PackedFilter<T>& filter_ = job_.scene.camera.filter;
   LaneBits busy_ = 0;  // a bit for each lane that has a sample
   int64_t next_pixel_ = 0;
   int64_t end_pixel_ = 0;
@@ -94,6 +123,11 @@ class LaneSamples {
   alignas(64) uint32_t index_[lanes] = {};
   alignas(64) T x_[lanes] = {};
   alignas(64) T y_[lanes] = {};
+  // Of the filter's weight, along x and y: what is left out before, and how much is left.
+  alignas(64) T left_[lanes] = {};
+  alignas(64) T width_[lanes] = {};
+  alignas(64) T top_[lanes] = {};
+  alignas(64) T height_[lanes] = {};
 };
 
 // Where paths have arrived: a point, the normal on the side that they came from, and the surface.
@@ -176,6 +210,12 @@ class Packet {
 
   int64_t rays() const { return rays_; }
 
+  // The bounces so far of the longest path under way.
+  T longest_path() const {
+    const D d;
+    return hn::GetLane(hn::MaxOfLanes(d, select(busy_ & alive_, depth_, R(0)).v));
+  }
+
   // Gives each ended path's lane a new path and each path its next ray: scattered where the path is
   // alive, else from the camera. Returns false once there is nothing left to do.
   bool next_ray() {
@@ -228,8 +268,8 @@ class Packet {
  private:
   V3<D> backward_from_camera(const Sample<D>& sample) const {
     const auto& camera = scene_.camera;
-    const V3<D> row = fma(V3<D>(camera.y_pixel), samples_.y() + sample.v, V3<D>(camera.corner));
-    return -normalize(fma(V3<D>(camera.x_pixel), samples_.x() + sample.u, row));
+    const V3<D> row = fma(V3<D>(camera.y_pixel), samples_.y(sample.v), V3<D>(camera.corner));
+    return -normalize(fma(V3<D>(camera.x_pixel), samples_.x(sample.u), row));
   }
 
   void scatter(const Sample<D>& sample) {
@@ -244,13 +284,17 @@ class Packet {
     pdf_ = select(vertex_.mirror, R(certain), pdf_);
   }
 
-  // The table is looked up a vector of rows at a time, which is faster than a gather for a few
-  // dozen surfaces.
+  // A table of a few dozen surfaces is looked up a vector of rows at a time, which is faster than a
+  // gather.
   R lookup(int column, R id) const {
     const D d;
     const hn::RebindToSigned<D> di;
     constexpr int lanes = hn::MaxLanes(d);
+    constexpr int most_without_gather = 128;
     const auto row = hn::ConvertTo(di, max(id, R(0)).v);
+    if (scene_.surfaces.count > most_without_gather) {
+      return hn::GatherIndex(d, scene_.surfaces.column(column), row);
+    }
     const auto index = hn::IndicesFromVec(d, hn::And(row, hn::Set(di, lanes - 1)));
     const T* values = scene_.surfaces.column(column);
     R result = hn::TableLookupLanes(hn::LoadU(d, values), index);
@@ -328,17 +372,20 @@ class Packet {
     Bool<D> left = alive_ & !vertex_.mirror;
     if (!settings_.bounces.is_everything()) left = left & counts(depth_ + R(1));
     for (const auto& lamp : scene_.lamps) {
-      const R u = (sample.u - R(lamp.choice_begin)) / R(lamp.probability);
-      const Bool<D> chosen = &lamp == &scene_.lamps.back() ? left : left & (u < R(1));
+      const bool is_last = &lamp == &scene_.lamps.back();
+      const Bool<D> chosen = is_last ? left : left & (sample.u < R(lamp.choice_end));
       left = left & !chosen;
       if (!chosen.any()) continue;
+      const R u = min((sample.u - R(lamp.choice_begin)) / R(lamp.probability), R(1));
       send_light(lamp, chosen, estimator_.sample_lamp(lamp, vertex_.point, u, sample.v));
     }
   }
 
   void send_light(const PackedLamp<T>& lamp, Bool<D> chosen, const LampSample<D>& to_lamp) {
     const R cosine = dot(vertex_.normal, to_lamp.direction);
-    chosen = chosen & to_lamp.visible & (cosine > R(0));
+    // Rounding can put a point of the lamp itself, or of another surface in its plane, before it.
+    const Bool<D> apart = vertex_.plane != R(lamp.plane);
+    chosen = chosen & to_lamp.visible & (cosine > R(0)) & apart;
     // cosine / pi / pdf, where the balance heuristic adds the pdf of scattering there, cosine / pi.
     const R share = cosine * R::inverse_pi() * to_lamp.inverse_pdf;
     R probability(lamp.probability);
@@ -391,7 +438,14 @@ class Packet {
 template <class Estimator>
 int64_t trace_paths(const TraceJob<typename Estimator::T>& job) {
   Packet<Estimator> packets[2] = {Packet<Estimator>(job), Packet<Estimator>(job)};
-  for (;;) {
+  constexpr int steps_between_questions = 256;  // some milliseconds
+  for (int step = 1;; ++step) {
+    if (step % steps_between_questions == 0) {
+      const auto longest = std::max(packets[0].longest_path(), packets[1].longest_path());
+      if (job.is_abandoned(static_cast<int64_t>(longest))) {
+        return packets[0].rays() + packets[1].rays();
+      }
+    }
     bool busy = false;
     for (auto& packet : packets) busy |= packet.next_ray();
     if (!busy) return packets[0].rays() + packets[1].rays();

@@ -186,6 +186,85 @@ HWY_INLINE LampSample<D> sample_rectangle(const PackedLamp<hn::TFromD<D>>& lamp,
   return {to_lamp * inverse, distance, inverse_rectangle_pdf(lamp, s, inverse), s.z > Real<D>(0)};
 }
 
+// A triangle seen from a point: unit vectors to its corners, and its height above the point's
+// horizon of the lamp, as `z` of a rectangle.
+template <class D>
+struct SeenTriangle {
+  V3<D> a, b, c;
+  Real<D> volume;      // dot(a, cross(b, c)), from the triangle's own area: no digits cancel
+  Real<D> complement;  // 1 + dot(a, b) + dot(b, c) + dot(c, a)
+  Real<D> solid_angle;
+  Real<D> z;
+
+  // As for rectangles; the map below also needs the digits that float has left.
+  HWY_INLINE Bool<D> is_sampled_by_area() const {
+    const bool is_float = sizeof(hn::TFromD<D>) == sizeof(float);
+    return !(solid_angle >= Real<D>(is_float ? 1e-3f : 1e-8f));
+  }
+};
+
+// By van Oosterom and Strackee 1983, as see_rectangle().
+template <class D>
+HWY_INLINE SeenTriangle<D> see_triangle(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p) {
+  using R = Real<D>;
+  SeenTriangle<D> s;
+  const V3<D> a = V3<D>(lamp.corner) - p, b = a + V3<D>(lamp.x), c = a + V3<D>(lamp.y);
+  const R ra = R(1) / sqrt(dot(a, a)), rb = R(1) / sqrt(dot(b, b)), rc = R(1) / sqrt(dot(c, c));
+  s.a = a * ra;
+  s.b = b * rb;
+  s.c = c * rc;
+  s.z = -dot(a, V3<D>(lamp.normal));
+  s.volume = s.z * R(2 * lamp.area) * (ra * rb * rc);
+  s.complement = R(1) + dot(s.a, s.b) + dot(s.b, s.c) + dot(s.c, s.a);
+  s.solid_angle = R(2) * upper_atan2(s.volume, s.complement);
+  return s;
+}
+
+// A direction to the triangle, uniform in solid angle (Arvo, "Stratified Sampling of Spherical
+// Triangles", SIGGRAPH 1995, in the formulas of Peters, "BRDF Importance Sampling for Polygonal
+// Lights", SIGGRAPH 2021): the triangle a, b, c' with c' on the edge from a to c has the share u of
+// the solid angle, and the direction lies on the arc from b to c'.
+template <class D>
+HWY_INLINE V3<D> sample_solid_angle(const SeenTriangle<D>& s, Real<D> u, Real<D> v) {
+  using R = Real<D>;
+  const R half = u * s.solid_angle * R(0.5f);
+  const R sine = sin(half), cosine = cos(half);
+  const R ac_bc = dot(s.a, s.c) + dot(s.b, s.c);
+  const R along_a = fma(s.volume, cosine, -(ac_bc * sine));
+  const V3<D> toward = fma(s.a, along_a, s.c * ((R(1) + dot(s.a, s.b)) * sine));
+  const V3<D> c = fma(toward, R(2) * dot(s.a, toward) / dot(toward, toward), -s.a);
+  // The cosine to b goes evenly from 1 to that of c'.
+  const R cosine_c = dot(s.b, c);
+  const R away = v * (R(1) - cosine_c);
+  const R ratio = away * (R(2) - away) / max((R(1) - cosine_c) * (R(1) + cosine_c), R(1e-30f));
+  const R part = sqrt(max(ratio, R(0)));
+  return normalize(fma(s.b, (R(1) - away) - part * cosine_c, c * part));
+}
+
+template <class D>
+HWY_INLINE Real<D> inverse_triangle_pdf(const PackedLamp<hn::TFromD<D>>& lamp,
+                                        const SeenTriangle<D>& s, Real<D> inverse_distance) {
+  return select(s.is_sampled_by_area(), inverse_area_pdf(lamp, s.z, inverse_distance),
+                s.solid_angle);
+}
+
+template <class D>
+HWY_INLINE LampSample<D> sample_triangle(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p, Real<D> u,
+                                         Real<D> v) {
+  using R = Real<D>;
+  const SeenTriangle<D> s = see_triangle<D>(lamp, p);
+  const V3<D> direction = sample_solid_angle(s, u, v);
+  const R root = sqrt(u);
+  const V3<D> on_lamp = fma(V3<D>(lamp.x), R(1) - root, V3<D>(lamp.y) * (v * root));
+  const V3<D> to_lamp = V3<D>(lamp.corner) + on_lamp - p;
+  const R to_plane = s.z / -dot(direction, V3<D>(lamp.normal));
+  const Bool<D> by_area = s.is_sampled_by_area() | !(to_plane > R(0));
+  const R distance = select(by_area, sqrt(dot(to_lamp, to_lamp)), to_plane);
+  const R inverse = R(1) / distance;
+  return {select(by_area, to_lamp * inverse, direction), distance,
+          inverse_triangle_pdf(lamp, s, inverse), s.z > R(0)};
+}
+
 // The cone of directions in which a sphere is seen. Its opening, 1 - cos(theta), keeps all its
 // digits for tiny or far spheres.
 template <class D>
@@ -227,8 +306,10 @@ HWY_INLINE LampSample<D> sample_sphere(const PackedLamp<hn::TFromD<D>>& lamp, V3
 template <class D>
 HWY_INLINE LampSample<D> sample_lamp(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p, Real<D> u,
                                      Real<D> v) {
-  const bool is_sphere = lamp.kind == PackedLamp<hn::TFromD<D>>::Kind::sphere;
-  return is_sphere ? sample_sphere(lamp, p, u, v) : sample_rectangle(lamp, p, u, v);
+  using Kind = typename PackedLamp<hn::TFromD<D>>::Kind;
+  if (lamp.kind == Kind::sphere) return sample_sphere(lamp, p, u, v);
+  return lamp.kind == Kind::triangle ? sample_triangle(lamp, p, u, v)
+                                     : sample_rectangle(lamp, p, u, v);
 }
 
 // One over the density with which sample_lamp() from p, on the lamp's bright side, yields the
@@ -236,9 +317,12 @@ HWY_INLINE LampSample<D> sample_lamp(const PackedLamp<hn::TFromD<D>>& lamp, V3<D
 template <class D>
 HWY_INLINE Real<D> inverse_lamp_pdf(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p,
                                     Real<D> distance) {
-  const bool is_sphere = lamp.kind == PackedLamp<hn::TFromD<D>>::Kind::sphere;
-  if (is_sphere) return see_sphere(lamp, p).solid_angle();
-  return inverse_rectangle_pdf(lamp, see_rectangle<D>(lamp, p), Real<D>(1) / distance);
+  using Kind = typename PackedLamp<hn::TFromD<D>>::Kind;
+  const Real<D> inverse = Real<D>(1) / distance;
+  if (lamp.kind == Kind::sphere) return see_sphere(lamp, p).solid_angle();
+  return lamp.kind == Kind::triangle
+             ? inverse_triangle_pdf(lamp, see_triangle<D>(lamp, p), inverse)
+             : inverse_rectangle_pdf(lamp, see_rectangle<D>(lamp, p), inverse);
 }
 
 }  // namespace plumb::HWY_NAMESPACE
