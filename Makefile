@@ -1,8 +1,8 @@
 # Builds, tests and renders with one word each; CMakeLists.txt does the work.
 
 # Debian's and Ubuntu's names.
-packages := g++ cmake ninja-build pkg-config libboost-math-dev libcli11-dev libfmt-dev libhwy-dev \
-  libimath-dev nlohmann-json3-dev libopenimageio-dev libpugixml-dev libtbb-dev libtomlplusplus-dev \
+packages := g++ cmake ninja-build pkg-config libassimp-dev libboost-math-dev libcli11-dev libfmt-dev \
+  libhwy-dev libimath-dev nlohmann-json3-dev libopenimageio-dev libpugixml-dev libtbb-dev libtomlplusplus-dev \
   libgtest-dev libbenchmark-dev
 
 # Programs that render the same scenes, and draw plots.
@@ -41,7 +41,7 @@ help:
 deps:
 	@if ! command -v apt-get >/dev/null; then \
 	  echo "No apt-get here. Needed: a C++20 compiler, CMake 3.25, pkg-config and the libraries"; \
-	  echo "OpenImageIO 2.4, Imath 3.1, Highway, oneTBB, Boost.Math, fmt, pugixml, toml++,"; \
+	  echo "Assimp 5, OpenImageIO 2.4, Imath 3.1, Highway, oneTBB, Boost.Math, fmt, pugixml, toml++,"; \
 	  echo "nlohmann/json, CLI11, GoogleTest and Google Benchmark. POV-Ray, Blender and"; \
 	  echo "OpenImageIO's tools render and show the references; gnuplot draws plots."; \
 	  exit 0; \

@@ -7,7 +7,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -16,9 +15,9 @@
 #include "cli/interrupt.h"
 #include "cli/names.h"
 #include "cli/progress_line.h"
+#include "cli/scene_options.h"
 #include "cli/study_options.h"
 #include "renderer/render.h"
-#include "renderer/scene_reader.h"
 
 namespace plumb::cli {
 namespace {
@@ -32,7 +31,7 @@ struct Options {
   std::pair<int64_t, int64_t> spp{1, 1024};  // least and most
   int runs = 3;
   Settings settings;  // of all renders
-  std::optional<std::pair<int, int>> size;
+  SceneOptions scene;
   std::string keep;
 };
 
@@ -67,11 +66,9 @@ void add_options(CLI::App& command, Options& options) {
              "Samples per pixel A, 2 A, 4 A, ... up to B\n(default: 1:1024)");
   add_option(command, "--runs", "R", options.runs, number(1, 1000),
              "Renders of each, with other seeds (default: 3)");
-  add_option(command, "--bounces", "A:B", options.settings.bounces, parse_bounces,
-             "Only light of A to B bounces, as in 'plumb render'");
+  add_size_and_bounces(command, options.scene);
   add_option(command, "--threads", "N", options.settings.threads, number(1, 1024),
              "Threads at most (default: one per processor)");
-  add_option(command, "--size", "WxH", options.size, parse_size, "Size (default: the scene's)");
   command
       .add_option("--keep", options.keep, "Keeps the renders here and takes those that are there")
       ->type_name("FOLDER");
@@ -136,11 +133,11 @@ std::optional<Image> picture_of(const Scene& scene, const Settings& settings, in
 }
 
 // Adds all renders that an interrupt leaves time for.
-void render_all(const Options& options, Study& study) {
-  const std::string& file = options.study.pictures.front();
+void render_all(Options options, Study& study) {
+  options.scene.file = options.study.pictures.front();
   if (options.study.pictures.size() > 1) throw std::invalid_argument("one scene at a time");
-  Scene scene = read_scene(file);
-  if (options.size) std::tie(scene.camera.width, scene.camera.height) = *options.size;
+  const Scene scene = load_scene(options.scene);
+  options.settings.bounces = scene.request.bounces;
   if (!options.keep.empty()) fs::create_directories(options.keep);
   listen_for_interrupts();
   ProgressLine line;

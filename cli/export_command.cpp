@@ -7,8 +7,8 @@
 
 #include "cli/commands.h"
 #include "cli/names.h"
+#include "cli/scene_options.h"
 #include "reference_scenes/exporters.h"
-#include "renderer/scene_reader.h"
 
 namespace plumb::cli {
 namespace {
@@ -16,13 +16,13 @@ namespace {
 using Exporter = decltype(&export_to_povray);
 
 struct Options {
-  std::string scene;
+  SceneOptions scene;
   std::string output;
   Exporter exporter = nullptr;
 };
 
 void run(const Options& options) {
-  const std::filesystem::path include = options.exporter(read_scene(options.scene), options.output);
+  const std::filesystem::path include = options.exporter(load_scene(options.scene), options.output);
   fmt::print("wrote {}\nwrote {}, which it includes\n", options.output, include.string());
 }
 
@@ -32,9 +32,7 @@ void add_export(CLI::App& app) {
   static const Words<Exporter> words{{"povray", export_to_povray}, {"cycles", export_to_cycles}};
   auto options = std::make_shared<Options>();
   CLI::App& command = *app.add_subcommand("export", "Write a scene as POV-Ray or Blender reads it");
-  command.add_option("SCENE", options->scene, "Scene file, in a subset of Mitsuba 3's XML")
-      ->required()
-      ->type_name("");
+  add_scene_option(command, options->scene);
   add_option(command, "--to", "PROGRAM", options->exporter, one_of(words),
              "povray (a .pov file) or cycles (a Python script for\nBlender)")
       ->required();

@@ -1,7 +1,7 @@
 #include "cli/film_image.h"
 
 #include <OpenImageIO/color.h>
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/info.h>
 
 #include <algorithm>
@@ -94,6 +94,7 @@ Metadata describe(const Scene& scene, const Settings& settings, const SampleRang
           {"version", PLUMB_VERSION},
           {"scene", scene.name},
           {"sceneHash", scene.hash},
+          {"sceneNotes", fmt::format("{}", fmt::join(scene.notes, "\n"))},
           {"method", to_word(settings.method, method_words)},
           {"sampler", to_word(settings.sampler, sampler_words)},
           {"precision", to_word(settings.precision, precision_words)},

@@ -145,7 +145,7 @@ class Trials {
   // A row of the table; empty if interrupted. The healthy render comes first.
   std::string run(Fault fault, ProgressLine& line) {
     Scene scene = subject_.scene;
-    Settings settings{.seed = 1, .bounces = {}};  // references have 0: their noise is another
+    Settings settings{.seed = 1, .bounces = scene.request.bounces};  // references have seed 0
     plant(fault, scene, settings);
     Film film(scene.camera.width, scene.camera.height);
     double seconds = 0.0;

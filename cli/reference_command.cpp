@@ -3,10 +3,8 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include "cli/commands.h"
@@ -14,8 +12,8 @@
 #include "cli/interrupt.h"
 #include "cli/names.h"
 #include "cli/progress_line.h"
+#include "cli/scene_options.h"
 #include "reference_scenes/reference.h"
-#include "renderer/scene_reader.h"
 
 namespace plumb::cli {
 namespace {
@@ -24,17 +22,14 @@ const Words<Quality> qualities{
     {"draft", Quality::draft}, {"good", Quality::good}, {"best", Quality::best}};
 
 struct Options {
-  std::string scene;
+  SceneOptions scene;
   std::string output;
   ReferenceSettings settings;
-  std::optional<std::pair<int, int>> size;
 };
 
 void add_options(CLI::App& command, Options& options) {
   ReferenceSettings& settings = options.settings;
-  command.add_option("SCENE", options.scene, "Scene file, in a subset of Mitsuba 3's XML")
-      ->required()
-      ->type_name("");
+  add_scene_option(command, options.scene);
   add_option(command, "--with", "PROGRAM", settings.program, one_of(program_words),
              "povray, cycles (Blender's) or mitsuba")
       ->required();
@@ -54,11 +49,9 @@ void add_options(CLI::App& command, Options& options) {
                   "sample_clamp_indirect=10; can be repeated")
       ->type_name("NAME=NUMBER")
       ->allow_extra_args(false);
-  add_option(command, "--bounces", "A:B", settings.bounces, parse_bounces,
-             "Only light of A to B bounces, as in 'plumb render'");
+  add_size_and_bounces(command, options.scene);
   add_option(command, "--threads", "N", settings.threads, number(1, 1024),
              "Threads at most (default: one per processor)");
-  add_option(command, "--size", "WxH", options.size, parse_size, "Size (default: the scene's)");
 }
 
 Metadata describe(const Scene& scene, const ReferenceSettings& settings,
@@ -79,15 +72,15 @@ Metadata describe(const Scene& scene, const ReferenceSettings& settings,
           {"host", host(settings.threads)}};
 }
 
-int run(const Options& options) {
+int run(Options options) {
   check_writable(options.output);
-  Scene scene = read_scene(options.scene);
-  if (options.size) std::tie(scene.camera.width, scene.camera.height) = *options.size;
+  const Scene scene = load_scene(options.scene);
+  options.settings.bounces = scene.request.bounces;
   listen_for_interrupts();
   Reference reference = [&] {
     ProgressLine line;
     const Watcher watcher{[&](const std::string& text) { line.show(text); }, stop_requested};
-    return render_reference(scene, options.scene, options.settings, options.output + ".log",
+    return render_reference(scene, options.scene.file, options.settings, options.output + ".log",
                             watcher);
   }();
   if (reference.seeds == 0) {

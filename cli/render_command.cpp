@@ -9,7 +9,6 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -18,20 +17,19 @@
 #include "cli/interrupt.h"
 #include "cli/names.h"
 #include "cli/progress_line.h"
+#include "cli/scene_options.h"
 #include "renderer/render.h"
-#include "renderer/scene_reader.h"
 
 namespace plumb::cli {
 namespace {
 
 struct Options {
-  std::string scene;
+  SceneOptions scene;
   std::vector<std::string> outputs;
   Settings settings;
   Limits limits;
   std::optional<int64_t> spp;
   std::optional<SampleRange> samples;
-  std::optional<std::pair<int, int>> size;
   std::optional<RegionKind> mask;
   Fault fault = Fault::none;
   double exposure = 0.0;
@@ -40,15 +38,14 @@ struct Options {
 void add_options(CLI::App& command, Options& options) {
   Settings& settings = options.settings;
   Limits& limits = options.limits;
-  command.add_option("SCENE", options.scene, "Scene file, in a subset of Mitsuba 3's XML")
-      ->required()
-      ->type_name("");
+  add_scene_option(command, options.scene);
   command.add_option("-o,--output", options.outputs, "Linear .exr or sRGB .png; can be repeated")
       ->required()
       ->type_name("FILE")
       ->allow_extra_args(false);
   add_option(command, "--spp", "N", options.spp, number<int64_t>(1, largest_sample),
-             "Samples per pixel (default: 64 if there is no other limit)");
+             "Samples per pixel (default: the scene's, else 64, if\n"
+             "there is no other limit)");
   add_option(command, "--time", "SECONDS", limits.seconds, number(1e-3, 1e9), "Time of rendering");
   add_option(command, "--error", "E", limits.relative_error, parse_fraction,
              "Relative error, as 0.01 or 1%: root of the mean of\n"
@@ -62,14 +59,11 @@ void add_options(CLI::App& command, Options& options) {
              "sobol (Owen-scrambled; default) or independent");
   add_option(command, "--precision", "P", settings.precision, one_of(precision_words),
              "Arithmetic: float (default) or double");
-  add_option(command, "--bounces", "A:B", settings.bounces, parse_bounces,
-             "Only light of A to B bounces: 0 is emission seen\n"
-             "directly, 1 direct light; 'A:' for A and more");
+  add_size_and_bounces(command, options.scene);
   add_option(command, "--seed", "N", settings.seed, number<uint32_t>(0, 0x7fffffff),
              "Another seed gives other noise (default: 0)");
   add_option(command, "--threads", "N", settings.threads, number(1, 1024),
              "Threads at most (default: one per processor)");
-  add_option(command, "--size", "WxH", options.size, parse_size, "Size (default: the scene's)");
   add_option(command, "--aov", "KIND", options.mask, one_of(region_words),
              "No picture but a mask for 'plumb compare --regions':\n"
              "object (a colour for each shape), side (for each\n"
@@ -92,23 +86,15 @@ void check_outputs(const std::vector<std::string>& files) {
   }
 }
 
-Scene load_scene(const Options& options) {
-  Scene scene = read_scene(options.scene);
-  if (options.size) std::tie(scene.camera.width, scene.camera.height) = *options.size;
-  if (std::ranges::none_of(scene.shapes, &Shape::is_lamp)) {
-    fmt::print(stderr, "plumb: warning: {}: no lamp, the picture will be black\n", options.scene);
-  }
-  return scene;
-}
-
-Limits limits_of(const Options& options) {
+Limits limits_of(const Options& options, const Scene& scene) {
   Limits limits = options.limits;
   const bool has_other_limit = std::isfinite(limits.seconds) || limits.relative_error > 0.0;
   if (options.samples && (options.spp || has_other_limit)) {
     throw std::invalid_argument("--samples excludes --spp, --time and --error");
   }
-  limits.samples = options.samples.value_or(
-      SampleRange{0, options.spp.value_or(has_other_limit ? largest_sample : 64)});
+  const int64_t asked = scene.request.samples_per_pixel;
+  const int64_t usual = has_other_limit ? largest_sample : asked > 0 ? asked : 64;
+  limits.samples = options.samples.value_or(SampleRange{0, options.spp.value_or(usual)});
   return limits;
 }
 
@@ -143,8 +129,9 @@ void write_images(const Image& image, const Options& options) {
 
 int run(Options options) {
   check_outputs(options.outputs);
-  const Limits limits = limits_of(options);
-  Scene scene = load_scene(options);
+  Scene scene = load_scene(options.scene);
+  const Limits limits = limits_of(options, scene);
+  options.settings.bounces = scene.request.bounces;
   if (options.mask) {
     write_images(to_image(region_mask(scene, *options.mask), scene.camera), options);
     return 0;
@@ -154,6 +141,13 @@ int run(Options options) {
   listen_for_interrupts();
   const Cost cost = render_with_progress(scene, options, limits, film);
   const int interrupted_by = stop_signal;
+  const std::string unfinished = why_unfinished(cost);
+  if (!unfinished.empty()) fmt::print(stderr, "plumb: {}\n", unfinished);
+  if (film.samples_per_pixel() == 0) {
+    fmt::print(stderr, "plumb: no pass was finished in {:.1f} s: there is no picture to save\n",
+               cost.wall_seconds);
+    return interrupted_by == 0 ? 2 : 128 + interrupted_by;
+  }
 
   const int64_t first = limits.samples.first;
   Image image = to_image(film, options.samples.has_value());

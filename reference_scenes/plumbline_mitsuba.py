@@ -30,6 +30,8 @@ def parse_arguments():
     parser.add_argument("--seed", type=int, default=0, help="another seed gives other noise")
     parser.add_argument("--bounces", type=int, help="light of at most N bounces (default: all)")
     parser.add_argument("--size", help="WxH (default: the scene's)")
+    parser.add_argument("--x-fov", type=float, metavar="DEGREES",
+                        help="of that size, along x (default: the scene's)")
     parser.add_argument("--threads", type=int, help="at most (default: one per processor)")
     return parser.parse_args()
 
@@ -40,16 +42,21 @@ def usable_variant():
     return "scalar_rgb" if trial.returncode else "llvm_ad_rgb"
 
 
-def load_scene(mitsuba, file, size):
-    """The scene as it is, but for a sampler, which scene files leave open, and the size."""
-    text = file.read_text(encoding="utf-8")
+def load_scene(mitsuba, file, size, x_fov):
+    """The scene as it is, but for a sampler if it has none, and the size. Mitsuba makes the field
+    of view along x from that of the file's own size, and then keeps it."""
+    data = file.read_bytes()
+    text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    if "<sampler" not in text:
+        text = text.replace("</sensor>", '<sampler type="multijitter"/></sensor>')
     mitsuba.file_resolver().append(str(file.parent))
-    scene = mitsuba.load_string(
-        text.replace("</sensor>", '<sampler type="multijitter"/></sensor>')
-    )
-    if size:
-        parameters = mitsuba.traverse(scene.sensors()[0])
-        parameters["film.size"] = [int(side) for side in size.split("x")]
+    scene = mitsuba.load_string(text)
+    parameters = mitsuba.traverse(scene.sensors()[0])
+    wanted = [int(side) for side in size.split("x")] if size else list(parameters["film.size"])
+    if list(parameters["film.size"]) != wanted:
+        parameters["film.size"] = wanted
+        if x_fov:
+            parameters["x_fov"] = x_fov
         parameters.update()
     return scene
 
@@ -68,7 +75,7 @@ def main():
     # Mitsuba counts the path's edges: emission seen directly has a depth of 1.
     depth = -1 if arguments.bounces is None else arguments.bounces + 1
     integrator = mitsuba.load_dict({"type": "path", "max_depth": depth})
-    scene = load_scene(mitsuba, arguments.scene, arguments.size)
+    scene = load_scene(mitsuba, arguments.scene, arguments.size, arguments.x_fov)
 
     def render(spp, seed):
         image = mitsuba.render(scene, integrator=integrator, spp=spp, seed=seed)

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 #include <regex>
 #include <sstream>
@@ -118,6 +119,10 @@ class Programs {
     add("--spp", std::to_string(settings_.samples_per_pixel));
     add("--seed", std::to_string(seed));
     add("--size", fmt::format("{}x{}", scene_.camera.width, scene_.camera.height));
+    if (settings_.program == Program::mitsuba) {
+      const double x_fov = 360.0 / std::numbers::pi * std::atan(scene_.camera.half_width());
+      add("--x-fov", fmt::format("{}", x_fov));
+    }
     if (bounces) add("--bounces", std::to_string(*bounces));
     if (settings_.threads > 0) add("--threads", std::to_string(settings_.threads));
     for (const std::string& setting : settings_.overrides) add("--set", setting);

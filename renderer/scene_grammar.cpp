@@ -4,37 +4,69 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
-#include <set>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace plumb {
 namespace {
 
+using OIIO::Strutil::splits;
+
 // What an element holds, for each type where there are types: attributes with an @, parameters such
-// as <float name="fov" value="40"/> as `float fov`, other elements by their tags. `!` means one,
-// `*` any number, neither at most one; `|` separates alternatives and, after `=`, values.
+// as <float name="fov" value="40"/> as `float fov`, other elements by their tags. A `color` is an
+// rgb, a spectrum or a number; a `float` may be written as an integer. `!` means one, `*` any
+// number, neither at most one; `~` has no effect. `|` separates alternatives and, after `=`,
+// values.
+const std::string integrator =
+    "integer rr_depth~, boolean hide_emitters=false, boolean strict_normals~";
+const std::string film =
+    "integer width, integer height, rfilter, boolean sample_border, boolean high_quality_edges, "
+    "string pixel_format=rgb~, string component_format=float32~, string file_format=openexr~, "
+    "boolean banner~, "
+    "boolean attach_log~, float gamma~, float exposure~, "
+    "integer crop_offset_x, integer crop_offset_y, integer crop_width, integer crop_height";
+const std::string shape =
+    "transform to_world, boolean flip_normals, bsdf, emitter, float silhouette_sampling_weight~";
+const std::string mesh =
+    "string filename!, boolean face_normals, boolean flip_tex_coords~, boolean collapse~, " + shape;
+
 const std::map<std::string, std::string> grammar = {
     {"", "scene!"},
-    {"scene", "@version=3.0.0!, sensor!, shape*, bsdf*, default*"},
+    {"scene", "@version!, integrator, sensor!, shape*, bsdf*, emitter*, default*, path*"},
+    {"default", "@name!, @value!"},
+    {"path", "@value!"},
+    {"integrator path", "integer max_depth, " + integrator},
+    {"integrator volpath", "integer max_depth, " + integrator},
+    {"integrator volpathmis", "integer max_depth, " + integrator},
+    {"integrator direct",
+     "integer emitter_samples~, integer bsdf_samples~, integer shading_samples~, " + integrator},
     {"sensor perspective",
-     "float fov!, string fov_axis=x|y|diagonal|smaller|larger, transform to_world, film!"},
-    // Without a filter Mitsuba takes a Gaussian.
-    {"film hdrfilm",
-     "integer width, integer height, string pixel_format=rgb, string component_format=float32, "
-     "rfilter!"},
+     "float fov, string fov_axis=x|y|diagonal|smaller|larger, string focal_length, "
+     "float focus_distance~, float near_clip, float far_clip, float shutter_open~, "
+     "float shutter_close~, float principal_point_offset_x, "
+     "float principal_point_offset_y, transform to_world, film, sampler"},
+    {"film hdrfilm", film},
+    {"film ldrfilm", film + ", string tonemap_method~"},
     {"rfilter box", ""},
-    {"shape rectangle", "transform to_world, bsdf|ref, emitter"},
-    {"shape cube", "transform to_world, bsdf|ref, emitter"},
-    {"shape sphere", "point center, float radius, transform to_world, bsdf|ref, emitter"},
-    // Without face normals Mitsuba makes some up for the vertices and shades smoothly.
-    {"shape obj",
-     "string filename!, boolean face_normals=true!, transform to_world, bsdf|ref, emitter"},
-    {"bsdf diffuse", "rgb reflectance"},
-    {"bsdf conductor", "string material=none!, rgb specular_reflectance"},
-    {"bsdf twosided", "bsdf|ref!"},
-    {"emitter area", "rgb radiance!"},
-    {"ref", "@id!"},
+    {"rfilter tent", "float radius"},
+    {"rfilter gaussian", "float stddev"},
+    {"shape rectangle", shape},
+    {"shape cube", shape},
+    {"shape sphere", "point center, float radius, " + shape},
+    {"shape obj", mesh},
+    {"shape ply", mesh},
+    {"bsdf diffuse", "color reflectance, boolean two_sided"},
+    {"bsdf conductor", "string material=none, color specular_reflectance, boolean two_sided"},
+    {"bsdf twosided", "bsdf!"},
+    {"bsdf two_sided", "bsdf!"},
+    {"emitter area", "color radiance, float sampling_weight~"},
+    {"spectrum d65", "float scale, color color"},
+    {"spectrum blackbody", "float temperature!, float scale"},
+    {"spectrum uniform", "float value!"},
+    {"spectrum", "@name!, @value|@filename!"},
     {"transform", "@name!, translate*, rotate*, scale*, matrix*, lookat*"},
     {"translate", "@x, @y, @z, @value"},
     {"scale", "@x, @y, @z, @value"},
@@ -42,13 +74,26 @@ const std::map<std::string, std::string> grammar = {
     {"matrix", "@value!"},
     {"lookat", "@origin!, @target!, @up!"},
     {"point", "@name!, @x, @y, @z, @value"}};
-const std::string parameter_or_default = "@name!, @value!";
+constexpr std::array parameters{"float", "integer", "boolean", "string", "rgb"};
 
-// In the order of the file. A loop, because files may nest deeper than the stack.
-pugi::xml_node next(pugi::xml_node node) {
-  if (node.first_child()) return node.first_child();
-  while (node && !node.next_sibling()) node = node.parent();
-  return node.next_sibling();
+// What to write instead, by how a message begins.
+const std::vector<std::pair<std::string, std::string>> advice = {
+    {"integrator ", "delete it, or write <integrator type=\"path\">"},
+    {"rfilter ",
+     "filters with negative weights can't be sampled: write <rfilter type=\"gaussian\"/>"},
+    {"sensor ", "write type=\"perspective\": cameras are pinholes"},
+    {"texture", "write <rgb name=\"reflectance\" value=\"...\"/>"},
+    {"boolean hide_emitters", "delete it: lamps are seen"},
+    {"string material", "a perfect mirror is <string name=\"material\" value=\"none\"/>"},
+    {"@version", "write <scene version=\"3.0.0\">"},
+    {"sensor is missing", "a scene needs a <sensor type=\"perspective\">"},
+    {"string tonemap", "delete it: pictures are linear"}};
+
+std::string with_advice(const std::string& subject, const std::string& message) {
+  for (const auto& [begin, text] : advice) {
+    if (subject.starts_with(begin)) return message + "; " + text;
+  }
+  return message;
 }
 
 // An attribute or a child as the grammar labels it.
@@ -58,92 +103,139 @@ struct Item {
   pugi::xml_node node;
 };
 
+// Whether elements of this tag are objects of some type, whose own name says nothing.
+bool is_object(const std::string& tag) {
+  constexpr std::array others{"texture", "sampler", "medium", "ref"};
+  return std::ranges::count(others, tag) > 0 || std::ranges::any_of(grammar, [&](const auto& rule) {
+           return rule.first.starts_with(tag + " ") && tag != "spectrum";
+         });
+}
+
 std::vector<Item> list_items(const pugi::xml_node& node) {
   std::vector<Item> items;
   for (const auto& a : node.attributes()) {
-    items.push_back({fmt::format("@{}", a.name()), a.value(), node});
+    if (a.name()[0] != ':') items.push_back({fmt::format("@{}", a.name()), a.value(), node});
   }
   for (const auto& child : node.children()) {
-    const std::string tag = child.type() == pugi::node_element ? child.name() : "text";
-    const std::string name = tag == "default" ? "" : child.attribute("name").value();
-    items.push_back(
-        {name.empty() ? tag : tag + " " + name, child.attribute("value").value(), child});
+    const std::string tag(OIIO::Strutil::strip(child.name(), ":"));
+    const std::string name = child.attribute("name").value();
+    const bool is_named = !name.empty() && tag != "default" && !is_object(tag);
+    items.push_back({is_named ? tag + " " + name : tag, child.attribute("value").value(), child});
   }
   return items;
 }
 
-std::string find_rule(const pugi::xml_node& node) {
+bool matches(const Item& item, const std::string& label) {
+  const auto parts = splits(label, " ");
+  if (parts.size() < 2) return item.label == label;
+  const std::string tag = item.label.substr(0, item.label.find(' '));
+  if (!item.label.ends_with(" " + parts[1])) return false;
+  if (parts[0] == "float") return tag == "float" || tag == "integer";
+  if (parts[0] != "color") return tag == parts[0];
+  return tag == "rgb" || tag == "spectrum" || tag == "float" || tag == "integer";
+}
+
+// The rule for an element; none if there is no such element or type.
+const std::string* find_rule(SceneFile& file, const pugi::xml_node& node) {
+  static const std::string parameter = "@name!, @value!";
   const std::string tag = node.name();
-  if (const auto rule = grammar.find(tag); rule != grammar.end()) return rule->second;
+  const bool has_type = node.attribute("type");
+  if (const auto rule = grammar.find(tag); rule != grammar.end() && !has_type) {
+    return &rule->second;
+  }
+  const std::string type = node.attribute("type").value();
+  if (const auto rule = grammar.find(tag + " " + type); rule != grammar.end()) {
+    return &rule->second;
+  }
   std::vector<std::string> types;
   for (const auto& [key, rule] : grammar) {
-    if (!key.starts_with(tag + " ")) continue;
-    types.push_back(key.substr(tag.size() + 1));
-    if (types.back() == node.attribute("type").value()) {
-      return "@type!, @id" + (rule.empty() ? "" : ", " + rule);
-    }
+    if (key.starts_with(tag + " ")) types.push_back(key.substr(tag.size() + 1));
   }
-  if (types.empty()) return parameter_or_default;
-  throw Refusal{node, fmt::format("unknown type; supported: {}", fmt::join(types, ", "))};
+  if (!types.empty()) {
+    const std::string what = has_type ? "unknown type" : "the attribute type is missing";
+    file.refuse(node, with_advice(tag + " ",
+                                  fmt::format("{}; supported: {}", what, fmt::join(types, ", "))));
+  } else if (std::ranges::count(parameters, tag) > 0) {
+    return &parameter;
+  }
+  return nullptr;
 }
 
-void check_items(const pugi::xml_node& node) {
+// How a label is told: the attribute version, <sensor>, fov.
+std::string spoken(const std::string& label) {
+  if (label.starts_with('@')) return "the attribute " + splits(label, "|@")[0].substr(1);
+  return label.substr(label.find(' ') + 1);
+}
+
+void check_slot(SceneFile& file, const std::string& slot, std::vector<Item>& items,
+                std::vector<std::string>& missing) {
+  const auto parts = splits(OIIO::Strutil::strip(slot, "!*~"), "=");
+  const auto labels = splits(parts[0], "|");
+  const auto found = std::stable_partition(items.begin(), items.end(), [&](const Item& item) {
+    return std::ranges::none_of(labels, [&](const auto& label) { return matches(item, label); });
+  });
+  const auto count = items.end() - found;
+  if (count == 0 && slot.ends_with('!')) missing.push_back(parts[0]);
+  if (count > 1 && !slot.ends_with('*')) {
+    file.refuse(found[1].node, spoken(parts[0]) + " is given twice");
+  }
+  const auto values = parts.size() > 1 ? splits(parts[1], "|") : std::vector<std::string>{};
+  if (count > 0 && std::ranges::count(values, found->value) == 0) {
+    if (slot.ends_with('~')) {
+      file.note_no_effect(spoken(parts[0]));
+    } else if (!values.empty()) {
+      file.refuse(found->node,
+                  with_advice(parts[0], fmt::format("supported: {}", fmt::join(values, ", "))));
+    }
+  }
+  items.erase(found, items.end());
+}
+
+void check_items(SceneFile& file, const pugi::xml_node& node) {
+  constexpr std::array unchecked{":text", "ref", "sampler"};
+  if (std::ranges::count(unchecked, std::string_view(node.name())) > 0 && node.parent()) return;
+  const std::string* rule = find_rule(file, node);
+  if (rule == nullptr) return;
+  for (const auto& a : node.attributes()) {
+    if (node.attribute(a.name()) != a) {
+      file.refuse(node, fmt::format("the attribute {} is given twice", a.name()));
+    }
+  }
   std::vector<Item> items = list_items(node);
-  std::vector<std::string> labels;
-  for (const std::string& slot : OIIO::Strutil::splits(find_rule(node), ", ")) {
-    const auto parts = OIIO::Strutil::splits(OIIO::Strutil::strip(slot, "!*"), "=");
-    const std::string& label = labels.emplace_back(parts[0]);
-    const auto alternatives = OIIO::Strutil::splits(label, "|");
-    const auto found = std::stable_partition(items.begin(), items.end(), [&](const Item& item) {
-      return std::ranges::count(alternatives, item.label) == 0;
-    });
-    const auto count = items.end() - found;
-    if (count == 0 && slot.ends_with('!')) throw Refusal{node, label + " is missing"};
-    if (count > 1 && !slot.ends_with('*')) throw Refusal{found[1].node, label + " is given twice"};
-    if (count > 0 && parts.size() > 1) {
-      const auto values = OIIO::Strutil::splits(parts[1], "|");
-      if (std::ranges::count(values, found->value) == 0) {
-        throw Refusal{found->node, fmt::format("supported: {}", fmt::join(values, ", "))};
-      }
-    }
-    items.erase(found, items.end());
+  std::erase_if(items, [&](const Item& item) {
+    constexpr std::array general{"@id", "@type", "@name", "@version"};
+    const bool is_general = std::ranges::count(general, item.label) > 0;
+    return is_general && (is_object(node.name()) || node.attribute("type"));
+  });
+  std::vector<std::string> labels, missing;
+  for (const std::string& slot : splits(*rule, ", ")) {
+    if (slot.empty()) continue;
+    labels.push_back(splits(OIIO::Strutil::strip(slot, "@!*~"), "=")[0]);
+    check_slot(file, slot, items, missing);
   }
-  if (items.empty()) return;
-  throw Refusal{items[0].node, fmt::format("{} is not supported here; supported: {}",
-                                           items[0].label, fmt::join(labels, ", "))};
-}
-
-void replace_defaults(const pugi::xml_document& document) {
-  std::map<std::string, std::string, std::greater<>> defaults;  // $ab before $a
-  for (pugi::xml_node node = document.first_child(); node; node = next(node)) {
-    for (pugi::xml_attribute attribute : node.attributes()) {
-      std::string value = attribute.value();
-      for (const auto& [name, replacement] : defaults) {
-        value = OIIO::Strutil::replace(value, "$" + name, replacement, true);
-      }
-      if (value.find('$') != value.npos) throw Refusal{node, "no <default> before this defines $"};
-      attribute.set_value(value.c_str());
-    }
-    if (node.name() != std::string_view("default")) continue;
-    const std::string name = node.attribute("name").value();
-    if (name.empty() || !defaults.emplace(name, node.attribute("value").value()).second) {
-      throw Refusal{node, "a default needs a name that no other has"};
-    }
+  // What refers to nothing has been refused, and may be what is missing.
+  const auto is_ref = [](const Item& item) { return item.label == "ref"; };
+  const bool has_ref = std::erase_if(items, is_ref) > 0;
+  for (const Item& item : items) {
+    if (item.label == "include") continue;
+    file.refuse(item.node,
+                with_advice(item.label, fmt::format("{} is not supported here; "
+                                                    "supported: {}",
+                                                    spoken(item.label), fmt::join(labels, ", "))));
+  }
+  for (const std::string& label : missing) {
+    if (!has_ref) file.refuse(node, with_advice(label, spoken(label) + " is missing"));
   }
 }
 
 }  // namespace
 
-void check_grammar(const pugi::xml_document& document) {
-  replace_defaults(document);
-  check_items(document);
-  std::set<std::string> ids;
-  for (pugi::xml_node node = document.first_child(); node; node = next(node)) {
-    check_items(node);
-    const bool has_id = node.attribute("id") && node.name() != std::string_view("ref");
-    if (has_id && !ids.insert(node.attribute("id").value()).second) {
-      throw Refusal{node, "the id is taken"};
-    }
+void check_grammar(SceneFile& file) {
+  check_items(file, file.document());
+  for (pugi::xml_node node = file.document().first_child(); node;) {
+    check_items(file, node);
+    const bool is_sampler = node.name() == std::string_view("sampler");  // whatever it holds
+    node = is_sampler ? next_sibling_node(node) : next_node(node);
   }
 }
 

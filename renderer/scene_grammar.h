@@ -1,19 +1,12 @@
 // What may stand where in a scene file.
 #pragma once
 
-#include <pugixml.hpp>
-#include <string>
+#include "renderer/scene_file.h"
 
 namespace plumb {
 
-// Thrown for what cannot stay as it is in a scene file.
-struct Refusal {
-  pugi::xml_node node;
-  std::string what;
-};
-
-// Replaces each `$name` by what the `default` elements before it say; then throws Refusal unless
-// all elements and attributes are supported, complete and unique.
-void check_grammar(const pugi::xml_document& document);
+// Refuses all elements and attributes that are not supported, that are missing or given twice, and
+// notes those that have no effect.
+void check_grammar(SceneFile& file);
 
 }  // namespace plumb

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -79,12 +80,16 @@ class SceneReader : public testing::Test {
     return "not refused";
   }
 
-  // The message starts with the file and the line, and holds these words.
+  // A line of the message starts with the file and the line, and holds these words.
   static void expect_message(const std::string& message, const fs::path& file, int line,
                              const std::string& words) {
-    EXPECT_TRUE(message.starts_with(fmt::format("{}:{}: ", file.string(), line)) &&
-                message.find(words) != message.npos)
-        << message << "\nis not about line " << line << ", " << words;
+    std::istringstream lines(message);
+    bool is_told = false;
+    for (std::string text; std::getline(lines, text);) {
+      is_told |= text.starts_with(fmt::format("{}:{}: ", file.string(), line)) &&
+                 text.find(words) != text.npos;
+    }
+    EXPECT_TRUE(is_told) << message << "\nis not about line " << line << ", " << words;
   }
 
   fs::path folder_;
@@ -455,24 +460,28 @@ TEST_F(SceneReaderRefuses, OtherSensorsAndFilms) {
           {sensor + sensor, "sensor is given twice"},
           {R"(<sensor type="thinlens"/>)",
            R"(<sensor type="thinlens">: unknown type; supported: perspective)"},
-          {R"(<sensor type="perspective">)" + film + "</sensor>", "float fov is missing"},
-          {camera + "</sensor>", "film is missing"},
           {camera + film + R"(<string name="fov_axis" value="z"/></sensor>)",
            "supported: x, y, diagonal"},
-          {camera + film + R"(<float name="near_clip" value="1"/></sensor>)",
-           "float near_clip is not supported here; supported: @type, @id, float fov, "},
-          {camera + fov + film + "</sensor>", "float fov is given twice"},
-          {camera + film + R"(<sampler type="independent"/></sensor>)", "sampler is not supported"},
+          {camera + film + R"(<float name="blur" value="1"/></sensor>)",
+           "blur is not supported here; supported: float fov, "},
+          {camera + fov + film + "</sensor>", "fov is given twice"},
+          {camera + film + R"(<string name="focal_length" value="50mm"/></sensor>)",
+           "either fov or focal_length"},
+          {R"(<sensor type="perspective"><string name="focal_length" value="5cm"/></sensor>)",
+           "a length such as 50mm"},
+          {camera + film + R"(<float name="principal_point_offset_x" value="0.1"/></sensor>)",
+           "supported: 0"},
           {camera + film + to_world + R"(<scale value="1.001"/></transform></sensor>)",
            "scaled or sheared"},
           {camera + film + to_world +
                R"(<matrix value="1 0 0 0  0 1 0.5 0  0 0 1 0  0 0 0 1"/></transform></sensor>)",
            "scaled or sheared"},
-          {camera + R"(<film type="hdrfilm"/></sensor>)", "rfilter is missing"},
-          {camera + R"(<film type="hdrfilm"><rfilter type="gaussian"/></film></sensor>)",
-           "supported: box"},
-          {camera + R"(<film type="ldrfilm"><rfilter type="box"/></film></sensor>)",
-           "supported: hdrfilm"},
+          {camera + R"(<film type="hdrfilm"><rfilter type="mitchell"/></film></sensor>)",
+           "supported: box, gaussian, tent; filters with negative weights can't be sampled"},
+          {camera + R"(<film type="hdrfilm"><rfilter type="tent"><float name="radius" value="0"/>)"
+                    R"(</rfilter></film></sensor>)",
+           "must be positive"},
+          {camera + R"(<film type="specfilm"/></sensor>)", "supported: hdrfilm, ldrfilm"},
       });
   for (const std::string value : {"0", "-3", "180", "nan", "inf", "4O", "1.5abc", ""}) {
     const std::string bad_fov = fmt::format(R"(<float name="fov" value="{}")", value);
@@ -483,9 +492,9 @@ TEST_F(SceneReaderRefuses, OtherSensorsAndFilms) {
       before, "</film></sensor>",
       {
           {R"(<rfilter type="box"/>)", "rfilter is given twice"},
-          {R"(<string name="pixel_format" value="rgba"/>)", "supported: rgb"},
-          {R"(<string name="component_format" value="float16"/>)", "supported: float32"},
-          {R"(<integer name="crop_width" value="3"/>)", "integer crop_width is not supported"},
+          {R"(<integer name="crop_width" value="3"/>)", "supported: 768"},
+          {R"(<integer name="crop_offset_x" value="3"/>)", "supported: 0"},
+          {R"(<boolean name="sample_border" value="yes"/>)", "supported: true, false"},
       });
   for (const std::string value : {"0", "-1", "8193", "12.5", "99999999999", "wide"}) {
     const std::string width = fmt::format(R"(<integer name="width" value="{}")", value);
@@ -499,24 +508,20 @@ TEST_F(SceneReaderRefuses, OtherShapes) {
       sensor, "",
       {
           {R"(<shape type="cone"/>)",
-           R"(<shape type="cone">: unknown type; supported: cube, obj, rectangle, sphere)"},
-          {"<shape/>", "<shape>: unknown type"},
-          {R"(<shape type="cube"><boolean name="flip_normals" value="true"/></shape>)",
-           "flip_normals"},
+           R"(<shape type="cone">: unknown type; supported: cube, obj, ply, rectangle, sphere)"},
+          {"<shape/>", "<shape>: the attribute type is missing; supported: cube, "},
+          {R"(<shape type="sphere"><boolean name="flip_normals" value="true"/></shape>)",
+           "a sphere that faces inwards"},
           {obj + R"("none.obj"/>)" + face_normals + "</shape>", "none.obj cannot be read"},
           {obj + R"("."/>)" + face_normals + "</shape>", "cannot be read"},
-          {obj + R"("none.obj"/></shape>)", "boolean face_normals is missing"},
-          {obj + R"("none.obj"/><boolean name="face_normals" value="false"/></shape>)",
-           "supported: true"},
-          {R"(<shape type="obj">)" + face_normals + "</shape>", "string filename is missing"},
+          {R"(<shape type="obj">)" + face_normals + "</shape>", "filename is missing"},
       });
   expect_all(sensor + R"(<shape type="sphere">)", "</shape>",
              {
                  {R"(<float name="radius" value="0"/>)", "positive"},
                  {R"(<float name="radius" value="-1"/>)", "positive"},
                  {R"(<float name="radius" value="1,5"/>)", "finite number"},
-                 {R"(<integer name="radius" value="1"/>)",
-                  "integer radius is not supported here; supported: "},
+                 {R"(<string name="radius" value="1"/>)", "radius is not supported here"},
                  {R"(<point name="center" x="1" y="2"/>)", "z must be 1 finite"},
                  {R"(<point name="center" value="1 2"/>)", "3 finite number(s)"},
                  {R"(<point name="center" value="1 2 3" x="1"/>)", "either value or"},
@@ -542,22 +547,20 @@ TEST_F(SceneReaderRefuses, BadObjFiles) {
   };
   refused(v + "f 1 2 9\n", 6, "f 1 2 9: 9 is not one of 5 vertices above");
   refused("f 1 2 3\n" + v, 1, "f 1 2 3");
-  refused(v + "f 1 2\n", 6, "three corners or four");
-  refused(v + "f 1 2 3 4 5\n", 6, "three corners or four");
-  for (const std::string face : {"1 2 5", "1 1 2", "1 2 3 3"})
-    refused(v + "f " + face, 6, "no area");
+  refused(v + "f 1 2\n", 6, "at least three corners");
+  refused(v + "vn 0 0 1\nf 1//1 2//1 3//2\n", 7, "3//2 is not one of 1 normals");
   for (const std::string corner : {"0", "-1", "3x", "\\", "/1", "1.5", "99999999999999999999"}) {
     refused(v + "f 1 2 " + corner, 6, corner + " is not one of 5");
   }
-  for (const std::string other : {"l 1 2", "p 1", "curv 1"}) {
-    refused(v + other, 6, other + ": supported: v, f, g, mtllib, o");
-  }
+  refused(v + "curv 1", 6, "curv 1: supported: v, vn, f, g, l, ");
   for (const std::string vertex : {"0 0 nan", "0 inf 0", "0 1,5 0", "0 1.5abc 0", "0 0 1x", "0 0",
                                    "", "0 0 0 1", "0 0 1e999"}) {
     refused("v " + vertex, 1, "three finite numbers");
   }
-  write("test.obj", "v 0 0 0\n");
-  EXPECT_NE(error_of(file).find("test.obj: there are no faces"), std::string::npos);
+  for (const std::string& text : {std::string("v 0 0 0\n"), v + "f 1 2 5\nf 1 1 2\n"}) {
+    write("test.obj", text);
+    EXPECT_NE(error_of(file).find("test.obj: there are no faces"), std::string::npos);
+  }
 }
 
 TEST_F(SceneReaderRefuses, OtherBsdfsLampsAndReferences) {
@@ -567,38 +570,36 @@ TEST_F(SceneReaderRefuses, OtherBsdfsLampsAndReferences) {
       sensor, "",
       {
           {R"(<bsdf type="plastic"/>)",
-           R"(<bsdf type="plastic">: unknown type; supported: conductor, diffuse, twosided)"},
-          {R"(<bsdf type="conductor"/>)", "string material is missing"},
+           R"(<bsdf type="plastic">: unknown type; supported: conductor, diffuse, two_sided, )"},
           {R"(<bsdf type="conductor"><string name="material" value="Au"/></bsdf>)",
-           "supported: none"},
+           "supported: none; a perfect mirror is"},
+          {R"(<bsdf type="conductor"><rgb name="eta" value="1"/></bsdf>)", "eta is not supported"},
           {R"(<bsdf type="conductor">)" + none +
                R"(<rgb name="specular_reflectance" value="2"/></bsdf>)",
            "from 0 to 1"},
-          {R"(<bsdf type="twosided"/>)", "bsdf|ref is missing"},
-          {R"(<bsdf type="twosided" id="a"><ref id="a"/></bsdf>)", "must not hold its like"},
+          {R"(<bsdf type="twosided"/>)", "bsdf is missing"},
+          {R"(<bsdf type="twosided" id="a"><ref id="a"/></bsdf>)", "refers to what it stands in"},
+          {R"(<bsdf type="twosided" id="a"><ref id="b"/></bsdf><bsdf type="twosided" id="b">)"
+           R"(<ref id="a"/></bsdf>)",
+           "refers to what it stands in"},
+          {R"(<bsdf type="twosided"><bsdf type="twosided">)" + diffuse("0") + "</bsdf></bsdf>",
+           "must not hold its like"},
           {R"(<bsdf type="twosided">)" + diffuse("0") + diffuse("1") + "</bsdf>", "given twice"},
           {R"(<bsdf type="diffuse"><float name="alpha" value="1"/></bsdf>)",
-           "supported: @type, @id, rgb reflectance"},
-          {lamp, "emitter is not supported here"},
+           "supported: color reflectance"},
           {R"(<bsdf type="diffuse" id="a"/><shape type="cube" id="a"/>)", "the id is taken"},
-          {R"(<bsdf type="diffuse" id="a"/><ref id="a"/>)", "ref is not supported here"},
           {R"(<shape type="cube" id="a"/><shape type="cube"><ref id="a"/></shape>)",
-           "no <bsdf> has this id"},
+           "shape is not supported here"},
       });
   expect_all(sensor + R"(<bsdf type="diffuse" id="a"/><shape type="cube">)", "</shape>",
              {
-                 {R"(<ref id="red"/>)", "no <bsdf> has this id"},
+                 {R"(<ref id="red"/>)", "nothing has this id"},
                  {R"(<ref id="a"/>)" + diffuse("1"), "given twice"},
-                 {R"(<ref id="a" type="b"/>)", "@type is not supported here; supported: @id"},
-                 {diffuse("0") + diffuse("1"), "bsdf|ref is given twice"},
-                 {R"(<emitter type="area"/>)", "rgb radiance is missing"},
+                 {diffuse("0") + diffuse("1"), "bsdf is given twice"},
+                 {R"(<texture type="bitmap" name="t"/>)", "texture is not supported here"},
                  {R"(<emitter type="point"/>)", "supported: area"},
                  {lamp + lamp, "emitter is given twice"},
              });
-  const std::string skewed =
-      R"(<transform name="to_world"><matrix value="1 1 0 0 0 1 0 0 0 0 1 0 0 0 0 1"/></transform>)";
-  expect_all(sensor + R"(<shape type="rectangle">)", "</shape>",
-             {{skewed + lamp, "<emitter type=\"area\">: a lamp must be a sphere or made of"}});
   for (const std::string value : {"#ff8000", "1.1", "0 0 -0.1", "0 0", "0 0 0 0", "", "nan", "inf",
                                   "0;0;0", "1.5abc", "0x1", "+-1", "++1", "1e999", "1 1 1 -"}) {
     expect_all(sensor, "", {{diffuse(value), R"(<rgb name="reflectance" value=")" + value}});
@@ -613,22 +614,22 @@ TEST_F(SceneReaderRefuses, BadTransforms) {
   expect_all(
       sensor + R"(<shape type="cube"><transform name="to_world">)", "</transform></shape>",
       {
-          {R"(<shear x="1"/>)", "supported: @name, translate, rotate, scale, matrix, lookat"},
-          {R"(<translate w="1"/>)", "@w is not supported here; supported: @x, @y, @z, @value"},
+          {R"(<shear x="1"/>)", "supported: name, translate, rotate, scale, matrix, lookat"},
+          {R"(<translate w="1"/>)", "the attribute w is not supported here; supported: x, y, z, value"},
           {R"(<translate x="1" value="1 2 3"/>)", "either value or"},
           {R"(<translate value="1 2"/>)", "3 finite number(s)"},
           {R"(<translate x="1m"/>)", "finite number"},
-          {R"(<rotate y="1"/>)", "@angle is missing"},
+          {R"(<rotate y="1"/>)", "the attribute angle is missing"},
           {R"(<rotate angle="20"/>)", "length 1"},
-          {R"(<rotate x="1" y="1" angle="20"/>)", "length 1"},
-          {R"(<matrix value="1 0 0  0 1 0  0 0 1"/>)", "16 finite number(s)"},
+          {R"(<rotate x="3" y="4" angle="20"/>)", "length 1: write value=\"0.6, 0.8, 0\""},
+          {R"(<matrix value="1 0 0  0 1 0  0 0"/>)", "16 finite number(s)"},
           {R"(<matrix value="1 0 0 0  0 1 0 0  0 0 1 0  0 0 1 1"/>)", "last row"},
           {R"(<lookat origin="1,1,1" target="1,1,1" up="0,1,0"/>)", "on one line"},
           {R"(<lookat origin="0,0,0" target="0,2,0" up="0,1,0"/>)", "on one line"},
           {R"(<lookat origin="0,0,0" target="0,0,1" up="0,0,0"/>)", "on one line"},
-          {R"(<lookat origin="0,0,0" target="0,0,1"/>)", "@up is missing"},
+          {R"(<lookat origin="0,0,0" target="0,0,1"/>)", "the attribute up is missing"},
           {R"(<lookat origin="0" target="0,0,1" up="0,1,0"/>)", "3 finite number(s)"},
-          {R"(<scale value="2">2</scale>)", "text is not supported here"},
+          {R"(<scale value="2">2</scale>)", "'2': text is not supported here"},
       });
   for (const std::string step :
        {R"(<scale value="0"/>)", R"(<scale z="0"/>)", R"(<scale value="1e200"/>)",
@@ -642,31 +643,32 @@ TEST_F(SceneReaderRefuses, UnknownElementsAttributesTextAndDefaults) {
   expect_all(
       sensor, "",
       {
-          {R"(<integrator type="path"/>)",
-           "integrator is not supported here; supported: @version, sensor, shape, bsdf, default"},
-          {R"(<shape type="cube" colour="red"/>)", "@colour is not supported here; supported: "},
-          {R"(<shape type="cube" type="sphere"/>)", "@type is given twice"},
+          {R"(<integrator type="bdpt"/>)", "or write <integrator type=\"path\">"},
+          {R"(<integrator type="path"><integer name="max_depth" value="0"/></integrator>)",
+           "must be -1 or at least 1"},
+          {R"(<integrator type="path"><boolean name="hide_emitters" value="true"/></integrator>)",
+           "supported: false"},
+          {R"(<include filename="none.xml"/>)", "none.xml: no such file"},
+          {R"(<shape type="cube" colour="red"/>)", "the attribute colour is not supported here"},
+          {R"(<shape type="cube" type="sphere"/>)", "the attribute type is given twice"},
           {"red", "text is not supported"},
           {"<![CDATA[red]]>", "text is not supported"},
-          {"<?include file?>", "text is not supported"},
           {R"(<shape type="sphere"><float value="1"/></shape>)", "float is not supported"},
           {R"(<shape type="sphere"><float name="radius" value="1"><cube/></float></shape>)",
-           "cube is not supported here; supported: @name, @value"},
+           "cube is not supported here; supported: name, value"},
           {R"(<shape type="cube"><transform name="toWorld"/></shape>)",
-           "transform toWorld is not supported"},
+           "toWorld is not supported"},
           {R"(<shape type="sphere"><float name="radius" value="$r"/></shape><default name="r" value="1"/>)",
            "no <default> before this"},
-          {R"(<default name="r" value="1"/><default name="r" value="2"/>)",
-           "a name that no other has"},
-          {R"(<default name="" value="1"/>)", "a name that no other has"},
-          {R"(<default name="r"/>)", "@value is missing"},
+          {R"(<default name="" value="1"/>)", "a default needs a name"},
+          {R"(<default name="r"/>)", "the attribute value is missing"},
       });
 }
 
 TEST_F(SceneReaderRefuses, OtherRootsAndBrokenFiles) {
   const std::pair<std::string, std::string> cases[] = {
-      {"<scene version=\"2.0.0\"/>", "supported: 3.0.0"},
-      {"<scene/>", "@version is missing"},
+      {"<scene version=\"4.0.0\"/>", "supported: versions 0.x to 3.x"},
+      {"<scene/>", "the attribute version is missing; write <scene version=\"3.0.0\">"},
       {"<shape/>", "scene is missing"},
       {"<!-- nothing -->", "scene is missing"},
       {"<scene/><scene/>", "scene is given twice"},

@@ -1,0 +1,39 @@
+#include "cli/scene_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "cli/commands.h"
+#include "cli/names.h"
+#include "renderer/scene_reader.h"
+
+namespace plumb::cli {
+
+void add_scene_option(CLI::App& command, SceneOptions& options) {
+  command.add_option("SCENE", options.file, "Scene file, in a subset of Mitsuba 3's XML")
+      ->required()
+      ->type_name("");
+}
+
+void add_size_and_bounces(CLI::App& command, SceneOptions& options) {
+  add_option(command, "--bounces", "A:B", options.bounces, parse_bounces,
+             "Only light of A to B bounces: 0 is emission seen\n"
+             "directly, 1 direct light; 'A:' for A and more\n"
+             "(default: the scene's max_depth, else all)");
+  add_option(command, "--size", "WxH", options.size, parse_size, "Size (default: the scene's)");
+}
+
+Scene load_scene(const SceneOptions& options) {
+  Scene scene = read_scene(options.file);
+  if (options.size) std::tie(scene.camera.width, scene.camera.height) = *options.size;
+  if (options.bounces) scene.request.bounces = *options.bounces;
+  for (const std::string& note : scene.notes) fmt::print(stderr, "plumb: {}\n", note);
+  if (std::ranges::none_of(scene.shapes, &Shape::is_lamp)) {
+    fmt::print(stderr, "plumb: warning: {}: no lamp, the picture will be black\n", options.file);
+  }
+  return scene;
+}
+
+}  // namespace plumb::cli

@@ -1,0 +1,26 @@
+// What commands that take a scene have in common.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "renderer/scene.h"
+
+namespace plumb::cli {
+
+struct SceneOptions {
+  std::string file;
+  std::optional<std::pair<int, int>> size;
+  std::optional<BounceRange> bounces;
+};
+
+void add_scene_option(CLI::App& command, SceneOptions& options);      // SCENE
+void add_size_and_bounces(CLI::App& command, SceneOptions& options);  // --size, --bounces
+
+// The scene with the size and the bounces that were asked for, these in scene.request. Says on
+// standard error what of the file was taken how. Throws SceneError.
+Scene load_scene(const SceneOptions& options);
+
+}  // namespace plumb::cli

@@ -1,0 +1,27 @@
+// Spectra as colours, as Mitsuba 3 in its rgb variants takes them from scene files.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "renderer/scene.h"
+
+namespace plumb {
+
+// Pairs of a wavelength in nm, rising, and a value; linear in between, and 0 outside.
+using Spectrum = std::vector<std::pair<double, double>>;
+
+// The linear Rec. 709 colour of the spectrum by the CIE's colour matching functions of 1931, such
+// that an even spectrum of 1 has luminance 1. A reflectance is seen under the illuminant D65, so
+// that an even one is grey, and is clamped to what lies between 0 and 1. What a lamp emits is only
+// clamped where it is negative.
+Rgb reflectance_of(const Spectrum& spectrum);
+Rgb emission_of(const Spectrum& spectrum);
+
+// Emission that is the same at all wavelengths: a little red beside D65.
+Rgb even_emission(double value);
+
+// Planck's law: radiance of a black body at a temperature in kelvin, in W / (m^2 sr nm).
+Spectrum black_body(double temperature);
+
+}  // namespace plumb
