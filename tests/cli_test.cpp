@@ -5,11 +5,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 #include "images/image.h"
 
@@ -364,6 +366,63 @@ TEST_F(CliTest, InterruptSavesWhatIsFinishedWithItsTrueCount) {
     EXPECT_NE(result.out.find(": " + count + " spp in "), std::string::npos) << result.out;
     EXPECT_EQ(read_image(folder / "saved.exr").values, render("scene.xml --spp " + count).values);
   }
+}
+
+// A room in which everything reflects everything, and a room of perfect mirrors.
+TEST_F(CliTest, PathsThatNeverEndAreToldWhenTheTimeIsUpOrSomebodyAsks) {
+  const auto room =
+      [&](const std::string& name, const std::string& bsdf, const std::string& lamp) {
+        std::ofstream(folder / name)
+            << R"(<scene version="3.0.0"><sensor type="perspective"><float name="fov" value="70"/>)"
+               R"(<film type="hdrfilm"><integer name="width" value="32"/>)"
+               R"(<integer name="height" value="32"/><rfilter type="box"/></film></sensor>)"
+               R"(<shape type="cube"><transform name="to_world"><scale value="3"/></transform>)"
+               R"(<bsdf type="twosided">)"
+            << bsdf << R"(</bsdf></shape><shape type="sphere"><float name="radius" value="0.3"/>)"
+            << R"(<point name="center" x="1" y="1" z="1"/>)" << lamp
+            << R"(<emitter type="area"/></shape></scene>)";
+      };
+  const std::string white = R"(<bsdf type="diffuse"><rgb name="reflectance" value="1"/></bsdf>)";
+  const std::string mirror = R"(<bsdf type="conductor"/>)";
+  room("white.xml", white, white);
+  room("mirrors.xml", mirror, mirror);
+  for (const std::string scene : {"white.xml", "mirrors.xml"}) {
+    const Result late = plumb("render " + scene + " --time 0.1 -o never.exr");
+    EXPECT_EQ(late.exit_code, 2);
+    EXPECT_NE(late.err.find("bounces: every surface that it meets reflects everything"),
+              std::string::npos)
+        << late.err;
+    EXPECT_NE(late.err.find("there is no picture to save"), std::string::npos) << late.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "never.exr"));
+    const pid_t child = start("render " + scene + " -o never.exr");
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    kill(child, SIGTERM);
+    EXPECT_EQ(finish(child).exit_code, 128 + SIGTERM);
+    EXPECT_EQ(plumb("render " + scene + " --bounces 0:9 --spp 4 -o never.exr").exit_code, 0);
+    std::filesystem::remove(folder / "never.exr");
+  }
+}
+
+TEST_F(CliTest, ASceneFileAsksForBouncesAndSamplesUnlessTheCommandDoes) {
+  std::ofstream(folder / "asks.xml")
+      << R"(<scene version="3.0.0"><integrator type="path"><integer name="max_depth" value="3"/>)"
+         R"(</integrator><sensor type="perspective"><sampler type="independent">)"
+         R"(<integer name="sample_count" value="8"/></sampler><film type="hdrfilm">)"
+         R"(<integer name="width" value="8"/><integer name="height" value="8"/>)"
+         R"(<rfilter type="box"/></film></sensor><shape type="sphere"><emitter type="area"/>)"
+         R"(</shape></scene>)";
+  const auto said = [&](const std::string& options) {
+    EXPECT_EQ(plumb("render asks.xml -o asks.exr " + options).exit_code, 0);
+    const Image image = read_image(folder / "asks.exr");
+    return get<std::string>(image, "bounces") + " " + get<std::string>(image, "samples");
+  };
+  EXPECT_EQ(said(""), "0:2 0:8");
+  EXPECT_EQ(said("--bounces 1:4 --spp 12"), "1:4 0:12");
+  const Result result = plumb("render asks.xml -o asks.exr");
+  EXPECT_NE(result.err.find("max_depth\" value=\"3\">: --bounces 0:2"), std::string::npos)
+      << result.err;
+  EXPECT_NE(get<std::string>(read_image(folder / "asks.exr"), "sceneNotes").find("--bounces 0:2"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -12,8 +12,17 @@
 namespace plumb::test {
 namespace {
 
+// A reference scene, or the Cornell box with a Gaussian filter and, in it, a lamp and a mirror that
+// are meshes below a tree.
 Scene small(const std::string& name) {
-  Scene scene = read_scene(std::string(PLUMB_SCENES "/") + name + "/scene.xml");
+  const bool has_trees = name == "trees";
+  Scene scene =
+      read_scene(std::string(PLUMB_SCENES "/") + (has_trees ? "cornell" : name) + "/scene.xml");
+  if (has_trees) {
+    scene.shapes.push_back(icosphere({180, 400, 200}, 60, 2, diffuse(0.5), 3.0));
+    scene.shapes.push_back(icosphere({400, 420, 250}, 80, 2, mirror(0.9)));
+    scene.camera.filter = {Filter::Kind::gaussian, 0.5};
+  }
   scene.camera.width = 50;  // not a multiple of any vector's lanes
   scene.camera.height = 37;
   return scene;
@@ -36,7 +45,7 @@ std::vector<Settings> all_settings() {
 }
 
 TEST(Determinism, TheNumberOfThreadsDoesNotMatter) {
-  for (const char* name : {"cornell", "seed"}) {
+  for (const char* name : {"cornell", "seed", "trees"}) {
     for (Settings settings : all_settings()) {
       settings.threads = 1;
       const Film one = render_film(small(name), settings, {0, 10});
@@ -68,7 +77,7 @@ TEST_F(Targets, WithFusedMultiplyAddGiveTheSameBits) {
   }
   ASSERT_FALSE(fused.empty());
   if (fused.size() == 1) GTEST_SKIP() << "only " << hwy::TargetName(fused[0]) << " here";
-  for (const char* name : {"cornell", "seed"}) {
+  for (const char* name : {"cornell", "seed", "trees"}) {
     for (const Settings& settings : all_settings()) {
       use(fused[0]);
       const Film first = render_film(small(name), settings, {0, 10});

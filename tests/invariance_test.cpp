@@ -94,6 +94,32 @@ INSTANTIATE_TEST_SUITE_P(All, Invariance,
                                                                                  : "_double");
                          });
 
+// A large mesh hangs below a tree of boxes; the same faces, each a shape of its own, do not. Two
+// balls through each other, one a mirror, and a lamp that is a third.
+TEST(Tree, FindsWhatTestingEveryFaceFinds) {
+  Scene tree;
+  tree.shapes = room({-1.5, -1, -1.5}, {1.5, 1.5, 1.5}, diffuse(0.6));
+  tree.shapes.push_back(icosphere({0.2, -0.3, 0.1}, 0.6, 3, diffuse(0.7)));
+  tree.shapes.push_back(icosphere({0.7, -0.1, 0.3}, 0.5, 2, mirror(0.9)));
+  tree.shapes.push_back(icosphere({-0.6, 0.7, 0.3}, 0.25, 1, diffuse(0.4), 5.0));
+  tree.camera = camera({-0.7, 0.6, -1.3}, {0.2, -0.2, 0.1}, 70.0, 48);
+  Scene list = tree;
+  list.shapes.clear();
+  for (const Shape& shape : tree.shapes) {
+    for (const Polygon& face : std::get<Mesh>(shape.geometry)) {
+      list.shapes.push_back({shape.id, Mesh{face}, shape.bsdf, shape.radiance});
+    }
+  }
+  for (const Precision precision : {Precision::float32, Precision::float64}) {
+    for (const Method method : {Method::bsdf, Method::mis}) {
+      const Settings settings{.method = method, .precision = precision, .bounces = {}};
+      EXPECT_EQ(render_film(tree, settings, {0, 16}).mean(),
+                render_film(list, settings, {0, 16}).mean())
+          << int(method) << int(precision);
+    }
+  }
+}
+
 // A dark room inside a bright one: whatever light is seen has come through the walls, where they
 // meet at edges and corners.
 TEST(Leaks, AClosedRoomIsDarkInABrightWorld) {

@@ -488,14 +488,13 @@ TEST_F(SceneReaderRefuses, OtherSensorsAndFilms) {
     expect_all(R"(<sensor type="perspective">)" + film, "</sensor>", {{bad_fov + "/>", bad_fov}});
   }
   const std::string before = camera + R"(<film type="hdrfilm"><rfilter type="box"/>)";
-  expect_all(
-      before, "</film></sensor>",
-      {
-          {R"(<rfilter type="box"/>)", "rfilter is given twice"},
-          {R"(<integer name="crop_width" value="3"/>)", "supported: 768"},
-          {R"(<integer name="crop_offset_x" value="3"/>)", "supported: 0"},
-          {R"(<boolean name="sample_border" value="yes"/>)", "supported: true, false"},
-      });
+  expect_all(before, "</film></sensor>",
+             {
+                 {R"(<rfilter type="box"/>)", "rfilter is given twice"},
+                 {R"(<integer name="crop_width" value="3"/>)", "supported: 768"},
+                 {R"(<integer name="crop_offset_x" value="3"/>)", "supported: 0"},
+                 {R"(<boolean name="sample_border" value="yes"/>)", "supported: true, false"},
+             });
   for (const std::string value : {"0", "-1", "8193", "12.5", "99999999999", "wide"}) {
     const std::string width = fmt::format(R"(<integer name="width" value="{}")", value);
     expect_all(before, "</film></sensor>", {{width + "/>", width}});
@@ -611,26 +610,26 @@ TEST_F(SceneReaderRefuses, OtherBsdfsLampsAndReferences) {
 }
 
 TEST_F(SceneReaderRefuses, BadTransforms) {
-  expect_all(
-      sensor + R"(<shape type="cube"><transform name="to_world">)", "</transform></shape>",
-      {
-          {R"(<shear x="1"/>)", "supported: name, translate, rotate, scale, matrix, lookat"},
-          {R"(<translate w="1"/>)", "the attribute w is not supported here; supported: x, y, z, value"},
-          {R"(<translate x="1" value="1 2 3"/>)", "either value or"},
-          {R"(<translate value="1 2"/>)", "3 finite number(s)"},
-          {R"(<translate x="1m"/>)", "finite number"},
-          {R"(<rotate y="1"/>)", "the attribute angle is missing"},
-          {R"(<rotate angle="20"/>)", "length 1"},
-          {R"(<rotate x="3" y="4" angle="20"/>)", "length 1: write value=\"0.6, 0.8, 0\""},
-          {R"(<matrix value="1 0 0  0 1 0  0 0"/>)", "16 finite number(s)"},
-          {R"(<matrix value="1 0 0 0  0 1 0 0  0 0 1 0  0 0 1 1"/>)", "last row"},
-          {R"(<lookat origin="1,1,1" target="1,1,1" up="0,1,0"/>)", "on one line"},
-          {R"(<lookat origin="0,0,0" target="0,2,0" up="0,1,0"/>)", "on one line"},
-          {R"(<lookat origin="0,0,0" target="0,0,1" up="0,0,0"/>)", "on one line"},
-          {R"(<lookat origin="0,0,0" target="0,0,1"/>)", "the attribute up is missing"},
-          {R"(<lookat origin="0" target="0,0,1" up="0,1,0"/>)", "3 finite number(s)"},
-          {R"(<scale value="2">2</scale>)", "'2': text is not supported here"},
-      });
+  expect_all(sensor + R"(<shape type="cube"><transform name="to_world">)", "</transform></shape>",
+             {
+                 {R"(<shear x="1"/>)", "supported: name, translate, rotate, scale, matrix, lookat"},
+                 {R"(<translate w="1"/>)",
+                  "the attribute w is not supported here; supported: x, y, z, value"},
+                 {R"(<translate x="1" value="1 2 3"/>)", "either value or"},
+                 {R"(<translate value="1 2"/>)", "3 finite number(s)"},
+                 {R"(<translate x="1m"/>)", "finite number"},
+                 {R"(<rotate y="1"/>)", "the attribute angle is missing"},
+                 {R"(<rotate angle="20"/>)", "length 1"},
+                 {R"(<rotate x="3" y="4" angle="20"/>)", "length 1: write value=\"0.6, 0.8, 0\""},
+                 {R"(<matrix value="1 0 0  0 1 0  0 0"/>)", "16 finite number(s)"},
+                 {R"(<matrix value="1 0 0 0  0 1 0 0  0 0 1 0  0 0 1 1"/>)", "last row"},
+                 {R"(<lookat origin="1,1,1" target="1,1,1" up="0,1,0"/>)", "on one line"},
+                 {R"(<lookat origin="0,0,0" target="0,2,0" up="0,1,0"/>)", "on one line"},
+                 {R"(<lookat origin="0,0,0" target="0,0,1" up="0,0,0"/>)", "on one line"},
+                 {R"(<lookat origin="0,0,0" target="0,0,1"/>)", "the attribute up is missing"},
+                 {R"(<lookat origin="0" target="0,0,1" up="0,1,0"/>)", "3 finite number(s)"},
+                 {R"(<scale value="2">2</scale>)", "'2': text is not supported here"},
+             });
   for (const std::string step :
        {R"(<scale value="0"/>)", R"(<scale z="0"/>)", R"(<scale value="1e200"/>)",
         R"(<matrix value="1 1 0 0  1 1 0 0  0 0 1 0  0 0 0 1"/>)"}) {
@@ -656,8 +655,7 @@ TEST_F(SceneReaderRefuses, UnknownElementsAttributesTextAndDefaults) {
           {R"(<shape type="sphere"><float value="1"/></shape>)", "float is not supported"},
           {R"(<shape type="sphere"><float name="radius" value="1"><cube/></float></shape>)",
            "cube is not supported here; supported: name, value"},
-          {R"(<shape type="cube"><transform name="toWorld"/></shape>)",
-           "toWorld is not supported"},
+          {R"(<shape type="cube"><transform name="toWorld"/></shape>)", "toWorld is not supported"},
           {R"(<shape type="sphere"><float name="radius" value="$r"/></shape><default name="r" value="1"/>)",
            "no <default> before this"},
           {R"(<default name="" value="1"/>)", "a default needs a name"},

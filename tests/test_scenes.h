@@ -29,6 +29,44 @@ inline Shape sphere(const Vec3& center, double radius, const Bsdf& bsdf, double 
   return {"sphere", Sphere{center, radius}, bsdf, Rgb(radiance)};
 }
 
+// A convex polygon of three or four corners; it faces where they are counter-clockwise.
+inline Shape polygon(const std::vector<Vec3>& corners, const Bsdf& bsdf, double radiance = 0.0) {
+  return {"polygon", Mesh{Polygon{corners}}, bsdf, Rgb(radiance)};
+}
+
+// A ball of 20 * 4^levels triangles that lie on no side beyond the sphere.
+inline Shape icosphere(const Vec3& center, double radius, int levels, const Bsdf& bsdf,
+                       double radiance = 0.0) {
+  const double t = (1.0 + std::sqrt(5.0)) / 2.0;
+  const Vec3 v[] = {{-1, t, 0},  {1, t, 0},  {-1, -t, 0}, {1, -t, 0}, {0, -1, t},  {0, 1, t},
+                    {0, -1, -t}, {0, 1, -t}, {t, 0, -1},  {t, 0, 1},  {-t, 0, -1}, {-t, 0, 1}};
+  constexpr size_t faces[20][3] = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                   {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                   {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                   {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
+  Mesh mesh;
+  for (const auto& f : faces) mesh.push_back({{v[f[0]], v[f[1]], v[f[2]]}});
+  for (int level = 0; level < levels; ++level) {
+    Mesh finer;
+    for (const Polygon& face : mesh) {
+      const auto& c = face.corners;
+      const Vec3 ab = (c[0] + c[1]).normalized(), bc = (c[1] + c[2]).normalized(),
+                 ca = (c[2] + c[0]).normalized();
+      for (const Polygon& part : {Polygon{{c[0].normalized(), ab, ca}},
+                                  {{c[1].normalized(), bc, ab}},
+                                  {{c[2].normalized(), ca, bc}},
+                                  {{ab, bc, ca}}}) {
+        finer.push_back(part);
+      }
+    }
+    mesh = finer;
+  }
+  for (Polygon& face : mesh) {
+    for (Vec3& corner : face.corners) corner = center + corner.normalized() * radius;
+  }
+  return {"icosphere", mesh, bsdf, Rgb(radiance)};
+}
+
 // The six walls of a box from `low` to `high`, facing inwards.
 inline std::vector<Shape> room(const Vec3& low, const Vec3& high, const Bsdf& bsdf,
                                double radiance = 0.0) {
@@ -39,6 +77,29 @@ inline std::vector<Shape> room(const Vec3& low, const Vec3& high, const Bsdf& bs
   return {parallelogram(low, x, y, bsdf, radiance),    parallelogram(low, y, z, bsdf, radiance),
           parallelogram(low, z, x, bsdf, radiance),    parallelogram(high, -y, -x, bsdf, radiance),
           parallelogram(high, -z, -y, bsdf, radiance), parallelogram(high, -x, -z, bsdf, radiance)};
+}
+
+// The scene, turned by an odd angle around an odd axis.
+inline Scene tilted(Scene scene) {
+  const Vec3 axis = Vec3(0.36, 0.48, 0.8);
+  const double c = std::cos(0.7), s = std::sin(0.7);
+  const auto turn = [&](Vec3& v) {
+    v = v * c + axis.cross(v) * s + axis * (axis.dot(v) * (1.0 - c));
+  };
+  for (Vec3* v :
+       {&scene.camera.origin, &scene.camera.forward, &scene.camera.right, &scene.camera.up}) {
+    turn(*v);
+  }
+  for (Shape& shape : scene.shapes) {
+    if (auto* ball = std::get_if<Sphere>(&shape.geometry)) {
+      turn(ball->center);
+      continue;
+    }
+    for (Polygon& face : std::get<Mesh>(shape.geometry)) {
+      for (Vec3& corner : face.corners) turn(corner);
+    }
+  }
+  return scene;
 }
 
 // A camera at `origin` that looks at `target`.
