@@ -14,6 +14,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "cli/commands.h"
@@ -49,7 +50,7 @@ struct Options {
   std::string gate, junit;
 };
 
-// "0.5%" of the reference's mean, or "0.002" in radiance.
+// "0.5%" of the reference's mean, or "0.002" in radiance; "0.1%" of the pixels, or "12" of them.
 Amount parse_amount(const std::string& text) {
   if (!text.ends_with('%')) return {number(0.0, 1e30)(text), false};
   return {number(0.0, 1e6)(text.substr(0, text.size() - 1)) / 100.0, true};
@@ -98,8 +99,9 @@ void add_options(CLI::App& command, Options& options) {
   add_plain(command, "--part", "NAME", options.part,
             "Part of the files (subimage), by name or number");
   command.add_flag("--negative", options.negative, "Negative values are no error");
-  add_option(command, "--max-outliers", "N", judgement.max_outliers,
-             number<int64_t>(0, int64_t{1} << 40), "Pixels that may differ (default: 0)");
+  add_option(command, "--max-outliers", "N", judgement.max_outliers, parse_amount,
+             "Pixels that may differ, such as those at a lamp's\n"
+             "edge: '12', or '0.1%' of all (default: 0)");
   add_option(command, "--false-alarms", "P", judgement.false_alarm, number(1e-12, 0.5),
              "Chance that noise alone makes the verdict 'different'\n(default: 0.001)");
   add_plain(command, "--json", "FILE", options.json, "All numbers; '-' for standard output alone");
@@ -151,9 +153,9 @@ void write_reports(const Options& options, const std::string& json, const std::s
   write_text(json, options.json);
 }
 
-// By how much a picture may be wrong in its worst region, by the card.json beside it, if there is
-// one.
-std::optional<Amount> floor_of_card(const fs::path& picture) {
+// By how much a picture may be wrong as a whole and in its worst region, by the card.json beside
+// it, if there is one.
+std::optional<std::pair<Amount, Amount>> floors_of_card(const fs::path& picture) {
   const fs::path file = fs::path(picture).replace_filename("card.json");
   std::ifstream stream(file);
   if (!stream) return {};
@@ -161,11 +163,12 @@ std::optional<Amount> floor_of_card(const fs::path& picture) {
     const auto card = nlohmann::json::parse(stream);
     for (const auto& entry : card.at("pictures")) {
       if (entry.at("file") != picture.filename().string()) continue;
-      double worst = entry.at("floor").at("wholePercent");
+      const double whole = entry.at("floor").at("wholePercent");
+      double worst = whole;
       for (const double floor : entry.at("floor").at("regionsPercent")) {
         worst = std::max(worst, floor);
       }
-      return Amount{worst / 100.0};
+      return std::pair(Amount{whole / 100.0}, Amount{worst / 100.0});
     }
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(fmt::format("{}: {}", file.string(), error.what()));
@@ -186,10 +189,12 @@ std::pair<Verdict, std::string> compare_files(const Options& options, std::strin
   Judgement judgement = options.judgement;
   std::string floor_note;
   if (!judgement.floor && !reference.knows_noise()) {
-    judgement.floor = floor_of_card(options.reference);
-    if (judgement.floor) {
-      floor_note = fmt::format("reference: floor {:.3g} %, by its card.json\n",
-                               100.0 * judgement.floor->value);
+    if (const auto floors = floors_of_card(options.reference)) {
+      std::tie(judgement.image_floor, judgement.floor) = *floors;
+      floor_note = fmt::format(
+          "reference: floor {:.3g} % of the image, {:.3g} % elsewhere, by its "
+          "card.json\n",
+          100.0 * floors->first.value, 100.0 * floors->second.value);
     }
   }
   const Image& image = test.image;

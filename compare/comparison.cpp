@@ -87,10 +87,11 @@ class Judge {
       : test_(test), reference_(reference), judgement_(judgement), result_(result) {
     for (size_t c = 0; c < sums.image.size(); ++c) {
       criteria_.push_back({0.0, 0.0, result.knows_noise, noise_ratio(sums, c)});
+      set_tolerance(sums.image[c], criteria_[c], true);
+      result.floors.push_back(criteria_[c].floor);
       set_tolerance(sums.image[c], criteria_[c]);
       means_.push_back(std::abs(sums.image[c].reference) / sums.image[c].pixels);
       result.tolerances.push_back(criteria_[c].tolerance);
-      result.floors.push_back(criteria_[c].floor);
     }
   }
 
@@ -109,7 +110,7 @@ class Judge {
       if (pools[i].pixels == 0.0) continue;
       const size_t c = i % channels;
       Criterion criterion = criteria_[c];
-      if (all != nullptr) set_tolerance(pools[i], criterion);
+      if (all != nullptr) set_tolerance(pools[i], criterion, name == "image");
       Finding finding{"", {}, result_.channels[c], criterion.estimate(pools[i], critical)};
       locate(static_cast<int>(i / channels), finding);
       const double whole = all != nullptr ? finding.estimate.reference : means_[c];
@@ -189,23 +190,30 @@ class Judge {
   // The verdict, and what would decide it.
   void conclude() {
     bool is_different = false;
+    bool has_outliers = false;
     for (const Level& level : result_.levels) {
-      is_different |= level.different > (level.name == "pixel" ? judgement_.max_outliers : 0);
+      const Amount& most = judgement_.max_outliers;
+      const double pixels = most.value * (most.is_relative ? double(level.units) : 1.0);
+      if (level.name == "pixel") has_outliers = double(level.different) > pixels;
+      if (level.name != "pixel") is_different |= level.different > 0;
     }
     bool is_same = true;
     for (const auto* findings : {&result_.image, &result_.regions}) {
       for (const Finding& f : *findings) is_same &= f.estimate.verdict == Verdict::same;
     }
     if (is_same) result_.verdict = Verdict::same;
-    if (is_different) result_.verdict = Verdict::different;
+    if (is_different || has_outliers) result_.verdict = Verdict::different;
+    result_.is_same_but_for_pixels = is_same && !is_different && has_outliers;
   }
 
  private:
-  void set_tolerance(const Pool& pool, Criterion& criterion) const {
+  void set_tolerance(const Pool& pool, Criterion& criterion, bool is_image = false) const {
+    const auto& floor =
+        is_image && judgement_.image_floor ? judgement_.image_floor : judgement_.floor;
     const double mean = std::abs(pool.reference) / pool.pixels;
     const auto radiance = [&](const Amount& a) { return a.value * (a.is_relative ? mean : 1.0); };
     criterion.tolerance = radiance(judgement_.tolerance);
-    criterion.floor = judgement_.floor ? radiance(*judgement_.floor) : 0.0;
+    criterion.floor = floor ? radiance(*floor) : 0.0;
   }
 
   // For each level's share of the false alarms.

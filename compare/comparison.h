@@ -13,8 +13,8 @@
 
 namespace plumb {
 
-// A radiance, or a fraction of the mean of the reference's channel: over a region for regions, over
-// the image else.
+// A radiance, or a fraction of the mean of the reference's channel (over a region for regions, over
+// the image else); or a number of pixels, or a fraction of them.
 struct Amount {
   double value = 0;
   bool is_relative = true;
@@ -22,9 +22,10 @@ struct Amount {
 
 struct Judgement {
   Amount tolerance{0.01};
-  std::optional<Amount> floor;  // of what is wrong with the pictures beside their known noise
-  double false_alarm = 1e-3;    // the chance that noise alone makes the verdict "different"
-  int64_t max_outliers = 0;     // pixels that may differ
+  std::optional<Amount> floor;        // of what is wrong with the pictures beside their known noise
+  std::optional<Amount> image_floor;  // the same of the whole image's average; else it is the floor
+  double false_alarm = 1e-3;          // the chance that noise alone makes the verdict "different"
+  Amount max_outliers{0, false};      // pixels that may differ
 };
 
 // An average over the image, a region or a block, or one pixel, in one channel.
@@ -63,10 +64,11 @@ struct Comparison {
   std::vector<std::string> channels;  // those compared, and "all" for their mean
   Window window;
   std::vector<Errors> errors;              // of each of the channels
-  std::vector<double> tolerances, floors;  // radiance, of each of the channels
+  std::vector<double> tolerances, floors;  // radiance, of each channel over the image
   bool knows_noise = false;
   std::vector<Finding> image, regions;  // a finding for each channel (of each region)
   std::vector<Level> levels;
+  bool is_same_but_for_pixels = false;  // more pixels differ than may, and nothing else does
   Verdict verdict = Verdict::inconclusive;
   double samples_factor = 1;  // how many times the samples would decide it
   int64_t fireflies = 0;      // pixels that outshine their surroundings

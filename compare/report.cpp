@@ -157,7 +157,41 @@ Json to_json(const Errors& e) {
   return json;
 }
 
+// "53 pixels (0.08 %), most clearly at 141,31"; nothing if none differs.
+std::string outliers(const Comparison& comparison) {
+  for (const Level& level : comparison.levels) {
+    if (level.name != "pixel" || level.different == 0) continue;
+    const Window& w = level.worst.front().window;
+    return fmt::format("{} pixel{} ({}), most clearly at {},{}", level.different,
+                       level.different == 1 ? "" : "s",
+                       percent(double(level.different), double(level.units)), w.x, w.y);
+  }
+  return "";
+}
+
+// As a part of the mean: what any number of samples leaves of the difference, and the floor.
+double least_tolerance(const Comparison& comparison) {
+  double least = 0.0;
+  for (size_t c = 0; c < comparison.image.size(); ++c) {
+    const Estimate& e = comparison.image[c].estimate;
+    if (e.reference == 0.0) continue;
+    least =
+        std::max(least, (std::abs(e.difference) + comparison.floors[c]) / std::abs(e.reference));
+  }
+  return least;
+}
+
 std::string reason(const Comparison& comparison, double samples_per_pixel) {
+  const Estimate& whole = comparison.image.back().estimate;
+  const double tolerance = comparison.tolerances.back();
+  const std::string tolerated =
+      fmt::format("{} ({:.3g})", percent(tolerance, whole.reference), tolerance);
+  const std::string but = outliers(comparison);
+  if (comparison.is_same_but_for_pixels) {
+    return fmt::format(
+        "the means differ by less than {}, but not {}; --max-outliers lets them pass", tolerated,
+        but);
+  }
   if (comparison.verdict == Verdict::different) {
     const auto clearness = [](const Level& level) {
       return level.worst.empty() ? 0.0 : level.worst.front().estimate.excess;
@@ -167,13 +201,18 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
     return fmt::format("{} {} has {} in {} ({:.4g}, not {:.4g})", level.name, place(f),
                        bias(f.estimate), f.channel, f.estimate.test, f.estimate.reference);
   }
-  const double tolerance = comparison.tolerances.back();
-  const std::string tolerated = fmt::format(
-      "{} ({:.3g})", percent(tolerance, comparison.image.back().estimate.reference), tolerance);
-  if (comparison.verdict == Verdict::same) return "the means differ by less than " + tolerated;
+  if (comparison.verdict == Verdict::same) {
+    return "the means differ by less than " + tolerated + (but.empty() ? "" : ", but for " + but);
+  }
   const double factor = comparison.samples_factor;
+  if (!std::isfinite(factor)) {
+    return fmt::format(
+        "with a floor of {} nothing tells whether the means differ by less than {}; a "
+        "tolerance above {} % could be met",
+        percent(comparison.floors.back(), whole.reference), tolerated,
+        short_number(100.0 * least_tolerance(comparison)));
+  }
   std::string text = "noise hides whether the means differ by less than " + tolerated;
-  if (!std::isfinite(factor)) return text + ", and no number of samples would tell";
   text += fmt::format("; {:.2g} times the samples", factor);
   if (samples_per_pixel > 0.0) text += fmt::format(" ({:.0f} spp)", factor * samples_per_pixel);
   return text + " would tell";

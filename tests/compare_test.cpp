@@ -282,9 +282,9 @@ TEST(UnknownNoise, MakesAPlainCheckOfEveryPixel) {
 TEST(UnknownNoise, OutliersMayBeAllowed) {
   const Picture test = exact([](int x, int y) { return x == 5 && y < 3 ? 2.0 : 1.0; });
   Judgement judgement;
-  judgement.max_outliers = 2;
+  judgement.max_outliers = {2, false};
   EXPECT_EQ(judge(test, exact(uniform_truth), judgement).verdict, Verdict::different);
-  judgement.max_outliers = 3;
+  judgement.max_outliers = {3, false};
   EXPECT_EQ(judge(test, exact(uniform_truth), judgement).verdict, Verdict::same);
 }
 
