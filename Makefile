@@ -3,7 +3,7 @@
 # Debian's and Ubuntu's names.
 packages := g++ cmake ninja-build pkg-config libassimp-dev libboost-math-dev libcli11-dev libfmt-dev \
   libhwy-dev libimath-dev nlohmann-json3-dev libopenimageio-dev libpugixml-dev libtbb-dev libtomlplusplus-dev \
-  libgtest-dev libbenchmark-dev
+  libgtest-dev
 
 # Programs that render the same scenes, and draw plots.
 programs := povray blender python3 openimageio-tools gnuplot-nox
@@ -42,8 +42,8 @@ deps:
 	@if ! command -v apt-get >/dev/null; then \
 	  echo "No apt-get here. Needed: a C++20 compiler, CMake 3.25, pkg-config and the libraries"; \
 	  echo "Assimp 5, OpenImageIO 2.4, Imath 3.1, Highway, oneTBB, Boost.Math, fmt, pugixml, toml++,"; \
-	  echo "nlohmann/json, CLI11, GoogleTest and Google Benchmark. POV-Ray, Blender and"; \
-	  echo "OpenImageIO's tools render and show the references; gnuplot draws plots."; \
+	  echo "nlohmann/json, CLI11 and GoogleTest. POV-Ray, Blender and OpenImageIO's tools render and"; \
+	  echo "show the references; gnuplot draws plots; 'make bench' needs Google Benchmark."; \
 	  exit 0; \
 	fi; \
 	is_missing() { \
@@ -83,6 +83,8 @@ report: build
 	python3 report/make_report.py build/plumb
 
 bench: build
+	@test -x build/render_bench || \
+	  { echo "This needs Google Benchmark. On Debian or Ubuntu: apt-get install libbenchmark-dev"; exit 1; }
 	build/render_bench
 
 exports: build
