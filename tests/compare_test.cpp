@@ -80,7 +80,7 @@ Judgement tolerating(double relative) {
   return judgement;
 }
 
-const Level& level(const Comparison& comparison, const std::string& name) {
+const Level& level(const Comparison& comparison, const char* name) {
   for (const Level& level : comparison.levels) {
     if (level.name == name) return level;
   }
