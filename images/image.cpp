@@ -184,10 +184,21 @@ Metadata read_metadata(const OIIO::ImageSpec& spec) {
   return metadata;
 }
 
+// The file's colour space as OpenImageIO 2.4 names it; 3 has other names.
+std::string colour_space(const OIIO::ImageSpec& spec) {
+  const std::string name = OIIO::Strutil::lower(spec.get_string_attribute("oiio:ColorSpace"));
+  if (name.empty() || name == "srgb_rec709_scene") return "srgb";
+  if (name == "lin_rec709_scene" || name == "lin_rec709" || name == "lin_srgb") return "linear";
+  if (name.starts_with("g") && name.ends_with("_rec709_scene")) {
+    return fmt::format("gamma{}", spec.get_float_attribute("oiio:Gamma"));
+  }
+  return name;
+}
+
 // Undoes the transfer function that the file states, and says so.
 void make_linear(const OIIO::ImageSpec& spec, Image& image) {
   const std::string stated = spec.get_string_attribute("oiio:ColorSpace");
-  const std::string space = OIIO::Strutil::lower(stated.empty() ? "sRGB" : stated);
+  const std::string space = colour_space(spec);
   const float gamma = space.starts_with("gamma") ? OIIO::Strutil::stof(space.substr(5)) : 0.0F;
   image.encoding += (stated.empty() ? ", assumed to be " : ", ") + space;
   if (space == "linear" || gamma == 1.0F) return;
