@@ -2,8 +2,9 @@
 
     python3 report/make_report.py PLUMB    (which is 'make report')
 
-Pictures are kept in out/report/ and not rendered again unless their scene or settings change. A
-program that is not installed is stood in for by its stored picture. Exit codes: 0 done, 2 trouble,
+The page is written as soon as our pictures are there, and anew after each program's; until then,
+and where a program is not installed, its stored picture stands in. Pictures are kept in out/report/
+and not rendered again unless their scene or settings change. Exit codes: 0 done, 2 trouble,
 130 interrupted.
 """
 
@@ -25,6 +26,7 @@ import page  # noqa: E402
 TITLES = {"cornell": "Cornell box", "seed": "Seed scene"}
 TOLERANCES = {"cornell": "1%", "seed": "2%"}  # as in tests/gate.toml
 NAMES = {"plumbline": "Plumbline", "cycles": "Cycles", "povray": "POV-Ray", "mitsuba": "Mitsuba"}
+MINUTES = {"cycles": 4, "mitsuba": 2, "povray": 1}  # for both scenes, on two cores
 
 
 @dataclass
@@ -41,6 +43,10 @@ class Plan:
     samples: dict = field(default_factory=lambda: {
         "cycles": (4, 16, 64, 256), "mitsuba": (4, 16, 64, 256)})
     qualities: tuple = ("draft", "good")
+
+
+# A picture by POV-Ray has no noise but bias: all of it is shown.
+NO_NOISE = ("--floor", "0")
 
 
 class Trouble(Exception):
@@ -77,53 +83,84 @@ def installed():
     """The programs that can render on this machine."""
     has_mitsuba = subprocess.run([shutil.which("python3") or sys.executable, "-c", "import mitsuba"],
                                  capture_output=True, check=False).returncode == 0
-    found = {"cycles": shutil.which("blender"), "povray": shutil.which("povray"),
-             "mitsuba": has_mitsuba}
+    found = {"cycles": shutil.which("blender"), "mitsuba": has_mitsuba,
+             "povray": shutil.which("povray")}
     return [name for name, is_there in found.items() if is_there]
 
 
 class SceneReport:
-    """Everything about one scene, in the order in which it is made."""
+    """Everything about one scene, in the order in which it is drawn."""
 
-    def __init__(self, name, plan, plumb, programs):
-        self.name, self.plan, self.plumb, self.programs = name, plan, plumb, programs
+    def __init__(self, name, plan, plumb):
+        self.name, self.plan, self.plumb = name, plan, plumb
         self.folder = plan.out / "report" / name
-        self.folder.mkdir(parents=True, exist_ok=True)
+        (self.folder / "best").mkdir(parents=True, exist_ok=True)
         self.scene = ROOT / "reference_scenes" / name / "scene.xml"
         self.stored = {program: self.scene.with_name(f"{program}.exr")
                        for program in ("plumbline", "cycles", "povray")}
         self.mask = self.folder / "objects.png"
+        self.hash = None    # of the scene as it is now
         self.commands = {}  # by the picture's file
-        self.others = {}    # the runs of each other program's best pictures, rendered here
+        self.series = []    # the files that the plots are of
+        self.verdicts = []
+        self.pictures = []
 
     def run(self, what, *arguments, **options):
         return self.plumb.run(f"{TITLES[self.name]}: {what}", *arguments, **options)
 
     # -- Pictures
 
-    def render_ours(self):
+    def draw_ours(self):
+        """Our best picture, held against the others' stored ones."""
+        quick = self.folder / "best" / "1spp.exr"
+        self.run("which scene it is", "render", self.scene, "--spp", 1, "-o", quick)
+        self.hash = exr.attributes(quick)["sceneHash"]
+        self.run("mask of objects", "render", self.scene, "--aov", "object", "-o", self.mask)
+        ours = self.rendered("plumbline", self.folder / "best" / f"{self.plan.best}spp.exr",
+                             "render", self.scene, "--spp", self.plan.best)
+        here = ("Plumbline, rendered here", ours)
+        stored = {program: (f"{NAMES[program]}, stored", file)
+                  for program, file in self.stored.items()}
+        self.compare(here, stored["cycles"])
+        self.compare(here, stored["povray"], *NO_NOISE)
+        self.compare(stored["plumbline"], stored["cycles"])
+        self.show(*here, self.commands[ours])
+        for title, file in stored.values():
+            self.show(title, file, "make references")
+
+    def draw_series(self):
         more = () if not self.plan.cut_bounces else (("--bounces", self.plan.cut_bounces),)
         for bounces in ((), *more):
             folder = self.folder / ("cut" if bounces else "whole")
             methods = (("--methods", "mis") if bounces else
                        ("--methods", self.plan.methods, "--samplers", self.plan.samplers))
-            command = self.run(
+            self.run(
                 f"Plumbline {' '.join(bounces) or self.plan.methods}, 1 to {self.plan.last} spp",
                 "converge", self.scene, *methods, *bounces, "--spp", f"1:{self.plan.last}",
                 "--runs", self.plan.runs, "--keep", folder, "--reference", self.stored["plumbline"])
-            for file in folder.glob("*.exr"):
-                self.commands[file] = command
-        method, sampler = (words.split(",")[0] for words in (self.plan.methods, self.plan.samplers))
-        first = self.folder / "whole" / f"{self.name}-{method}-{sampler}-1spp-seed1.exr"
-        self.hash = exr.attributes(first)["sceneHash"]  # of the scene as it is now
-        self.ours = self.rendered("plumbline", self.folder / "best" / f"{self.plan.best}spp.exr",
-                                  "render", self.scene, "--spp", self.plan.best)
+            self.series += sorted(folder.glob("*.exr"))
+
+    def draw_by(self, program):
+        """Another program's pictures; the last and best are held against our stored one."""
+        if program == "povray":  # has no seeds: a second run would draw the same picture
+            drawn = [[self.reference(program, f"{program}-{quality}", "--quality", quality)]
+                     for quality in self.plan.qualities]
+        else:
+            drawn = [[self.reference(program, f"{program}-{samples}spp-seed{seed}", "--spp",
+                                     samples, "--seeds", 1, "--seed", seed)
+                      for seed in range(10 * samples + 1, 10 * samples + 1 + self.plan.runs)]
+                     for samples in self.plan.samples[program]]
+        self.series += [file for runs in drawn for file in runs]
+        first, *more = drawn[-1]
+        here = (f"{NAMES[program]}, rendered here", first)
+        self.compare(here, ("Plumbline, stored", self.stored["plumbline"]),
+                     *(NO_NOISE if program == "povray" else ("--replicates", *more)))
+        self.show(*here, self.commands[first])
 
     def rendered(self, program, file, *command):
         """The file, rendered unless one of this scene is there already."""
         command = [*command, "-o", file]
         self.commands[file] = " ".join(["plumb", *map(self.plumb.shown, command)])
-        file.parent.mkdir(exist_ok=True)
         if not file.exists() or exr.attributes(file)["sceneHash"] != self.hash:
             self.run(f"{NAMES[program]}, {file.stem}", *command)
         return file
@@ -132,22 +169,10 @@ class SceneReport:
         return self.rendered(program, self.folder / f"{name}.exr", "reference", self.scene,
                              "--with", program, *settings)
 
-    def render_others(self):
-        for program, counts in self.plan.samples.items():
-            for samples in counts if program in self.programs else ():
-                seeds = range(10 * samples + 1, 10 * samples + 1 + self.plan.runs)
-                self.others[program] = [
-                    self.reference(program, f"{program}-{samples}spp-seed{seed}", "--spp", samples,
-                                   "--seeds", 1, "--seed", seed) for seed in seeds]
-        for quality in self.plan.qualities if "povray" in self.programs else ():
-            self.others["povray"] = [
-                self.reference("povray", f"povray-{quality}-{run}", "--quality", quality)
-                for run in range(1, self.plan.runs + 1)]
-
     # -- Judgements
 
     def compare(self, test, reference, *options):
-        """A pair of (title, file) as a row of the table of verdicts."""
+        """A pair of (title, file) becomes a row of the table of verdicts."""
         report = self.folder / f"{test[1].stem}-{reference[1].stem}.json"
         command = self.run(f"compare {test[0]} with {reference[0]}", "compare", test[1],
                            reference[1], "--regions", self.mask, "--tolerance",
@@ -159,27 +184,16 @@ class SceneReport:
                     "reference": entry["reference"], "bias": entry["relativeDifference"],
                     "confidence": entry["relativeConfidence95"] or None,
                     "verdict": entry["verdict"]}
-        return {"test": test[0], "reference": reference[0], "verdict": found["verdict"],
-                "explanation": found["explanation"], "command": command,
-                "rows": [row("image", entry) for entry in found["channels"]]
-                + [row(entry["region"], entry) for entry in found.get("regions", [])]}
-
-    def judge(self):
-        """Ours against the others' stored ground truth; what was rendered here against it, too."""
-        self.run("mask of objects", "render", self.scene, "--aov", "object", "-o", self.mask)
-        ours = ("Plumbline, rendered here", self.ours)
-        stored = {program: (f"{NAMES[program]}, stored", file)
-                  for program, file in self.stored.items()}
-        no_noise = ("--floor", "0")  # a picture by POV-Ray has none, but bias: all of it is shown
-        pairs = [(ours, stored["cycles"], ()), (ours, stored["povray"], no_noise),
-                 (stored["plumbline"], stored["cycles"], ())]
-        for program, (first, *more) in self.others.items():
-            noise = no_noise if program == "povray" else ("--replicates", *more)
-            pairs.append(((f"{NAMES[program]}, rendered here", first), stored["plumbline"], noise))
-        return [self.compare(test, reference, *options) for test, reference, options in pairs]
+        self.verdicts.append({
+            "test": test[0], "reference": reference[0], "verdict": found["verdict"],
+            "explanation": found["explanation"], "command": command,
+            "rows": [row("image", entry) for entry in found["channels"]]
+            + [row(entry["region"], entry) for entry in found.get("regions", [])]})
 
     def exhibit(self, kind, files):
         """'plumb converge' or 'plumb chart' of the files: plot, table and sentences."""
+        if not files:
+            return None
         plot = self.folder / f"{kind}.svg"
         report = self.folder / f"{kind}.json"
         self.run(kind, kind, *files, "--reference", self.stored["plumbline"], "-o", plot,
@@ -193,7 +207,7 @@ class SceneReport:
 
     # -- The page
 
-    def picture(self, title, file, command):
+    def show(self, title, file, command):
         width, height, values = exr.planes(file, ["R", "G", "B"])
         errors = None
         if "variance.R" in exr.channels(file):
@@ -202,31 +216,17 @@ class SceneReport:
         card = exr.attributes(file)
         if "runs" in card:
             card["runs"] = json.loads(card["runs"])
-        return {"id": file.stem, "title": title, "width": width, "height": height,
-                "values": page.encode_picture(values), "errors": errors,
-                "seconds": card.get("wallSeconds"), "command": command, "card": card}
+        self.pictures.append({
+            "id": file.stem, "title": title, "width": width, "height": height,
+            "values": page.encode_picture(values), "errors": errors,
+            "seconds": card.get("wallSeconds"), "command": command, "card": card})
 
-    def pictures(self):
-        found = [self.picture("Plumbline, rendered here", self.ours, self.commands[self.ours])]
-        for program, file in self.stored.items():
-            found.append(self.picture(f"{NAMES[program]}, stored", file, "make references"))
-        for program, (first, *_) in self.others.items():
-            found.append(self.picture(f"{NAMES[program]}, rendered here", first,
-                                      self.commands[first]))
-        return found
-
-    def make(self):
-        self.render_ours()
-        self.render_others()
-        verdicts = self.judge()
-        own = sorted((self.folder / "whole").glob("*.exr"))
-        cut = sorted((self.folder / "cut").glob("*.exr"))
-        others = sorted(self.folder.glob("*.exr"))
-        return {"name": self.name, "title": TITLES[self.name], "verdicts": verdicts,
-                "convergence": self.exhibit("converge", own + cut + [
-                    file for file in others if not file.name.startswith("povray")]),
-                "chart": self.exhibit("chart", own + cut + others),
-                "pictures": self.pictures()}
+    def data(self):
+        return {"name": self.name, "title": TITLES[self.name], "verdicts": list(self.verdicts),
+                "convergence": self.exhibit("converge", [
+                    file for file in self.series if not file.name.startswith("povray")]),
+                "chart": self.exhibit("chart", self.series),
+                "pictures": list(self.pictures)}
 
 
 def summary(scenes):
@@ -241,26 +241,59 @@ def summary(scenes):
     return lines
 
 
+@dataclass
+class Stage:
+    """What the page is written anew after."""
+    name: str
+    minutes: int
+    draw: callable  # for one SceneReport
+
+
+def stages(programs):
+    return [Stage("Plumbline's pictures", 1, SceneReport.draw_ours),
+            Stage("the plots", 3, SceneReport.draw_series),
+            *(Stage(NAMES[name], MINUTES[name], lambda report, name=name: report.draw_by(name))
+              for name in programs)]
+
+
 def make(program, plan):
     """Returns the page's file and the verdicts."""
-    plumb = Plumb(program, plan.out)
     programs = installed()
     notes = [f"{NAMES[name]} is not installed: only its stored picture is here."
              for name in ("cycles", "povray") if name not in programs]
     if "mitsuba" not in programs:
         notes.append("Mitsuba is not installed, and has no part in this.")
-    for note in notes:
-        print(note)
-    scenes = [SceneReport(name, plan, plumb, programs).make() for name in plan.scenes]
-    lines = summary(scenes)
-    version = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
+    coming = stages(programs)
     file = plan.out / "report.html"
-    page.write_page({
-        "title": "Plumbline: speed and accuracy of renderers", "summary": lines, "notes": notes,
-        "made": f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d %H:%M} UTC",
-        "host": scenes[0]["pictures"][0]["card"].get("host", platform.machine()),
-        "version": version.stdout.split()[-1], "scenes": scenes}, file)
-    return file, lines
+    print(*notes, "Minutes of rendering on two cores, less what is kept of earlier runs: "
+          + ", ".join(f"{stage.name} {stage.minutes}" for stage in coming) + ".",
+          f"After each of them {file} is written anew.", sep="\n", flush=True)
+    plumb = Plumb(program, plan.out)
+    reports = [SceneReport(name, plan, plumb) for name in plan.scenes]
+    version = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
+    data = {"title": "Plumbline: speed and accuracy of renderers",
+            "version": version.stdout.split()[-1], "notes": notes}
+
+    def write(why_not_complete):
+        missing = why_not_complete.format(", ".join(stage.name for stage in coming))
+        data["incomplete"] = f"Not complete. {missing}" if coming else ""
+        page.write_page(data, file)
+
+    try:
+        while coming:
+            for report in reports:
+                coming[0].draw(report)
+            scenes = [report.data() for report in reports]
+            del coming[0]
+            data |= {"scenes": scenes, "summary": summary(scenes),
+                     "host": scenes[0]["pictures"][0]["card"].get("host", platform.machine()),
+                     "made": f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d %H:%M} UTC"}
+            write("Still being rendered: {}. Load this page again later.")
+    except BaseException:
+        if "scenes" in data:
+            write("Rendering ended before {}. 'make report' goes on from there.")
+        raise
+    return file, data["summary"]
 
 
 def main():
@@ -270,7 +303,7 @@ def main():
     try:
         file, lines = make(str(pathlib.Path(sys.argv[1]).resolve()), Plan())
     except KeyboardInterrupt:
-        print("\ninterrupted: the pictures that are finished are kept in out/report/")
+        print("\ninterrupted: the page shows what was finished, and out/report/ keeps it")
         return 130
     except (Trouble, OSError, subprocess.CalledProcessError) as problem:
         print(problem, file=sys.stderr)

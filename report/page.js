@@ -266,6 +266,7 @@ async function start() {
   const data = JSON.parse(document.getElementById('data').textContent);
   document.title = document.querySelector('h1').textContent = data.title;
   document.querySelector('.made').textContent = `Plumbline ${data.version} · ${data.made} · ${data.host}`;
+  document.querySelector('.incomplete').textContent = data.incomplete;
   for (const list of ['summary', 'notes'])
     document.querySelector(`.${list}`).append(...data[list].map(text => element('li', {}, text)));
   if (!('DecompressionStream' in window))

@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import signal
 import struct
 import subprocess
@@ -14,6 +15,7 @@ import tempfile
 import time
 import unittest
 import zlib
+from unittest import mock
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "report"))
@@ -74,7 +76,7 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
     def test_keeps_what_is_rendered(self):
         def times():
             kept = (self.plan.out / "report" / "cornell").rglob("*.exr")
-            return {file: file.stat().st_mtime_ns for file in kept}
+            return {file: file.stat().st_mtime_ns for file in kept if file.name != "1spp.exr"}
         before = times()
         self.assertEqual(len(before), 21)
         make_report.make(PLUMB, self.plan)
@@ -88,11 +90,84 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
         self.assertNotEqual(make_report.exr.attributes(file)["sceneHash"], "another")
 
 
+# In place of a program, which is perhaps not installed and not quick.
+def draw_stored(report, program, name, *_):
+    file = report.folder / f"{name}.exr"
+    report.commands[file] = f"plumb reference --with {program}"
+    report.drawn.append(name)
+    shutil.copy(report.stored[program], file)
+    return file
+
+
+class ReportInStages(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.plan = make_report.Plan(
+            out=pathlib.Path(folder.name), scenes=("cornell",), methods="mis", samplers="sobol",
+            last=16, runs=2, best=64, samples={"cycles": (4, 16)})
+        self.pages = []
+
+        def keep_page(data, file):
+            make_report_write(data, file)
+            self.pages.append(data_of(file))
+        make_report_write = make_report.page.write_page
+        for patch in (
+                mock.patch.object(make_report, "installed", lambda: ["cycles", "povray"]),
+                mock.patch.object(make_report.page, "write_page", keep_page),
+                mock.patch.object(make_report.SceneReport, "drawn", [], create=True)):
+            patch.start()
+            self.addCleanup(patch.stop)
+
+    def make(self, reference):
+        with mock.patch.object(make_report.SceneReport, "reference", reference):
+            make_report.make(PLUMB, self.plan)
+
+    @staticmethod
+    def titles(data):
+        return [picture["title"] for picture in data["scenes"][0]["pictures"]]
+
+    def test_the_page_grows_and_says_what_is_missing(self):
+        self.make(draw_stored)
+        first, plots, cycles, povray = self.pages
+        self.assertIn("Still being rendered: the plots, Cycles, POV-Ray.", first["incomplete"])
+        self.assertIsNone(first["scenes"][0]["chart"])
+        self.assertEqual(self.titles(first), ["Plumbline, rendered here", "Plumbline, stored",
+                                              "Cycles, stored", "POV-Ray, stored"])
+        self.assertEqual(len(first["scenes"][0]["verdicts"]), 3)
+        self.assertIn("Still being rendered: Cycles, POV-Ray.", plots["incomplete"])
+        self.assertIn("plumbline mis sobol", plots["scenes"][0]["chart"]["svg"])
+        self.assertIn("Still being rendered: POV-Ray.", cycles["incomplete"])
+        self.assertIn("Cycles, rendered here", self.titles(cycles))
+        self.assertEqual(povray["incomplete"], "")
+        self.assertEqual(self.titles(povray)[-2:],
+                         ["Cycles, rendered here", "POV-Ray, rendered here"])
+        self.assertEqual(len(povray["scenes"][0]["verdicts"]), 5)
+
+    def test_a_program_without_seeds_draws_once(self):
+        self.make(draw_stored)
+        drawn = make_report.SceneReport.drawn
+        self.assertEqual([name for name in drawn if "povray" in name],
+                         ["povray-draft", "povray-good"])
+        self.assertEqual(len([name for name in drawn if "cycles" in name]), 4)
+
+    def test_an_interrupt_leaves_a_page_that_says_so(self):
+        def interrupted(report, program, *arguments):
+            if program == "povray":
+                raise KeyboardInterrupt
+            return draw_stored(report, program, *arguments)
+        with self.assertRaises(KeyboardInterrupt):
+            self.make(interrupted)
+        last = data_of(self.plan.out / "report.html")
+        self.assertIn("Rendering ended before POV-Ray.", last["incomplete"])
+        self.assertIn("Cycles, rendered here", self.titles(last))
+
+
 class InterruptedReport(unittest.TestCase):
     def test_ends_as_interrupted_and_keeps_what_is_finished(self):
         script = ("import sys, pathlib; sys.path.insert(0, 'report'); import make_report as m; "
                   "m.installed = lambda: []; "
-                  f"plan = m.Plan(out=pathlib.Path(sys.argv[1])); m.make({PLUMB!r}, plan)")
+                  f"plan = m.Plan(out=pathlib.Path(sys.argv[1]), best=64); m.make({PLUMB!r}, plan)")
         with tempfile.TemporaryDirectory() as folder:
             kept = pathlib.Path(folder) / "report" / "cornell" / "whole"
             process = subprocess.Popen([sys.executable, "-c", script, folder], cwd=ROOT,
@@ -106,7 +181,8 @@ class InterruptedReport(unittest.TestCase):
             self.assertNotEqual(process.returncode, 0)
             self.assertTrue(list(kept.glob("*.exr")))
             self.assertFalse(list(kept.glob("*.part")))
-            self.assertFalse((pathlib.Path(folder) / "report.html").exists())
+            data = data_of(pathlib.Path(folder) / "report.html")
+            self.assertIn("Rendering ended before the plots", data["incomplete"])
 
 
 if __name__ == "__main__":

@@ -76,6 +76,7 @@ def report():
     second = [picture("other", (0.5, 0.5, 0.5), (0, 0, 0), None)]
     scene = {"verdicts": [verdict], "convergence": result, "chart": result}
     return {"title": "A <report>", "made": "today", "host": "here", "version": "1", "notes": [],
+            "incomplete": "",
             "summary": ["All is well."], "scenes": [
                 {"name": "first", "title": "First scene", "pictures": first, **scene},
                 {"name": "second", "title": "Second scene", "pictures": second, "verdicts": [],
