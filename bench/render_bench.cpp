@@ -20,7 +20,7 @@
 #include "reference_scenes/reference.h"
 #include "renderer/film.h"
 #include "renderer/render.h"
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 #include "renderer/trace.h"
 
 namespace plumb {

@@ -17,7 +17,7 @@
 #include "cli/progress_line.h"
 #include "compare/comparison.h"
 #include "renderer/render.h"
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 
 namespace plumb::cli {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "cli/commands.h"
 #include "cli/names.h"
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 
 namespace plumb::cli {
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "cli/film_image.h"
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 
 namespace plumb::cli {
 namespace {

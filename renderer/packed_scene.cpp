@@ -71,8 +71,10 @@ struct Surface {
   Vec3 normal{0.0};  // of a flat face
 };
 
-// Meshes of more faces are tested by way of a tree, which costs more for smaller ones.
+// Meshes of more faces are tested by way of a tree, which costs more for smaller ones; a face of a
+// solid costs a fifth of another.
 constexpr size_t most_faces_without_tree = 32;
+constexpr size_t most_faces_of_solid = 128;
 
 // What lamps are sampled by: rectangles and triangles.
 Mesh lamp_parts(const Polygon& face) {
@@ -90,8 +92,9 @@ std::vector<Surface> list_surfaces(const Scene& scene, const Vec3& middle, doubl
       continue;
     }
     const auto& mesh = std::get<Mesh>(shape.geometry);
-    const bool is_large = mesh.size() > most_faces_without_tree;
-    const bool is_solid = !shape.is_lamp() && !is_large && is_convex_solid(mesh);
+    const bool is_solid =
+        !shape.is_lamp() && mesh.size() <= most_faces_of_solid && is_convex_solid(mesh);
+    const bool is_large = !is_solid && mesh.size() > most_faces_without_tree;
     for (Polygon face : mesh) {
       for (Vec3& corner : face.corners) corner = (corner - middle) * scale;
       for (const Polygon& part : shape.is_lamp() ? lamp_parts(face) : Mesh{face}) {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "renderer/scene_reader.h"
 #include "renderer/trace.h"
+#include "scene_files/scene_reader.h"
 #include "tests/test_scenes.h"
 
 namespace plumb::test {

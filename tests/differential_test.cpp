@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "reference_scenes/reference.h"
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 #include "tests/test_scenes.h"
 
 namespace plumb::test {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "reference_scenes/exporters.h"
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 #include "test_scenes.h"
 
 namespace plumb {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "renderer/faults.h"
-#include "renderer/scene_reader.h"
 #include "renderer/simd/faults-inl.h"
+#include "scene_files/scene_reader.h"
 #include "tests/test_scenes.h"
 
 HWY_BEFORE_NAMESPACE();

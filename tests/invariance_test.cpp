@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 #include "tests/test_scenes.h"
 
 namespace plumb::test {

@@ -13,7 +13,7 @@
 #include <string>
 
 #include "renderer/render.h"
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 
 namespace plumb {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 #include "test_scenes.h"
 
 namespace plumb {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "renderer/scene_reader.h"
-#include "renderer/spectrum.h"
+#include "scene_files/scene_reader.h"
+#include "scene_files/spectrum.h"
 
 namespace plumb {
 namespace {

@@ -1,4 +1,4 @@
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

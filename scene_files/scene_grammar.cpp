@@ -1,4 +1,4 @@
-#include "renderer/scene_grammar.h"
+#include "scene_files/scene_grammar.h"
 
 #include <OpenImageIO/strutil.h>
 #include <fmt/ranges.h>

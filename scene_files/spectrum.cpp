@@ -1,4 +1,4 @@
-#include "renderer/spectrum.h"
+#include "scene_files/spectrum.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "renderer/mesh_reader.h"
+#include "scene_files/mesh_reader.h"
 
 #include <assimp/scene.h>
 #include <fmt/ranges.h>
@@ -11,7 +11,7 @@
 #include <sstream>
 #include <utility>
 
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 
 namespace plumb {
 namespace {

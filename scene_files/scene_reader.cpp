@@ -1,4 +1,4 @@
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 
 #include <Imath/ImathMatrixAlgo.h>
 #include <OpenImageIO/strutil.h>
@@ -12,10 +12,10 @@
 #include <optional>
 #include <sstream>
 
-#include "renderer/mesh_reader.h"
-#include "renderer/scene_file.h"
-#include "renderer/scene_grammar.h"
-#include "renderer/spectrum.h"
+#include "scene_files/mesh_reader.h"
+#include "scene_files/scene_file.h"
+#include "scene_files/scene_grammar.h"
+#include "scene_files/spectrum.h"
 
 namespace plumb {
 namespace {

@@ -1,4 +1,4 @@
-#include "renderer/scene_file.h"
+#include "scene_files/scene_file.h"
 
 #include <OpenImageIO/strutil.h>
 #include <fmt/ranges.h>
@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "renderer/scene_reader.h"
+#include "scene_files/scene_reader.h"
 
 namespace plumb {
 namespace {

@@ -1,7 +1,7 @@
 // What may stand where in a scene file.
 #pragma once
 
-#include "renderer/scene_file.h"
+#include "scene_files/scene_file.h"
 
 namespace plumb {
 
