@@ -469,6 +469,84 @@ TYPED_TEST(SamplingTest, DensitiesOfLampsAreThoseOfTheirMaps) {
   }
 }
 
+// ---- Triangles ----
+template <typename T>
+PackedLamp<T> triangle(const Vec& corner, const Vec& x, const Vec& y) {
+  PackedLamp<T> lamp{};
+  lamp.kind = PackedLamp<T>::Kind::triangle;
+  lamp.corner = pack<T>(corner);
+  lamp.x = pack<T>(x);
+  lamp.y = pack<T>(y);
+  lamp.normal = pack<T>(unit(x.cross(y)));
+  lamp.area = T(length(x.cross(y)) / 2);
+  return lamp;
+}
+
+// Triangles of any shape but needles, seen from 0.03 to 30 sizes away, above and aside. Where they
+// are mapped by solid angle, u of it lies on the side of the corners a and b, and the cosine to b
+// goes evenly with v.
+TYPED_TEST(SamplingTest, TrianglesAreMappedUniformly) {
+  using T = TypeParam;
+  Random<T> random;
+  Mean error;
+  Exact largest = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const Vec x{1, 0, 0}, y{random.uniform(-0.5L, 1.5L), random.uniform(0.2L, 1.5L), 0};
+    const Vec p = get(lanes<T>({random.uniform(-1, 2) * random.log_uniform(1, 10),
+                                random.uniform(-1, 2) * random.log_uniform(1, 10),
+                                random.log_uniform(0.03L, 30)}));
+    const PackedLamp<T> lamp = triangle<T>({0, 0, 0}, x, y);
+    const Vec a = -p, b = get(lanes<T>(x)) - p, c = get(lanes<T>(y)) - p;
+    const Exact whole = solid_angle(a, b - a, c - a);
+    const auto seen = see_triangle<hn::ScalableTag<T>>(lamp, lanes<T>(p));
+    const T u = random.uniform(), v = random.uniform();
+    const auto s = sample(lamp, p, u, v);
+    EXPECT_EQ(get(s.inverse_pdf), get(inverse_lamp_pdf(lamp, lanes<T>(p), s.distance)));
+    expect_near(length(get(s.direction)), 1, 8 * epsilon<T>);
+    if (seen.is_sampled_by_area().any()) continue;
+    expect_near(get(s.inverse_pdf) / whole, 1, 2000 * epsilon<T>);
+    const Vec d = get(s.direction);
+    // Where the plane through b and d meets the edge from a to c.
+    const Vec plane = b.cross(d);
+    const Exact t = a.dot(plane) / (a - c).dot(plane);
+    const Vec cut = a + (c - a) * t;
+    const Exact share = solid_angle(a, b - a, cut - a) / whole;
+    const Exact even = (1 - unit(b).dot(unit(d))) / (1 - unit(b).dot(unit(cut)));
+    const Exact off = std::max(std::abs(share - u), std::abs(even - v) * std::sqrt(share));
+    error.add(off);
+    largest = std::max(largest, off);
+  }
+  EXPECT_LT(error.value(), 40 * epsilon<T>);
+  EXPECT_LT(largest, 20000 * epsilon<T>);
+}
+
+TYPED_TEST(SamplingTest, IrradianceFromTrianglesIsLamberts) {
+  using T = TypeParam;
+  Random<T> random;
+  const PackedLamp<T> lamp = triangle<T>({0, 0, 0}, {1, 0, 0}, {0.3L, 1, 0});
+  const Vec wall{1, 0, 0};
+  for (const Exact away : {0.2L, 1.0L, 5.0L, 100.0L}) {
+    for (const Exact height : {1.0L, 0.1L, 0.01L, 1e-3L, 1e-4L}) {
+      const Vec p = get(lanes<T>({-away, 0.25L, height}));
+      Mean mean;
+      for (int n = 0; n < samples / 8; ++n) {
+        const auto s = sample(lamp, p, random.uniform(), random.uniform());
+        mean.add(get(s.inverse_pdf) * get(s.direction).dot(wall));
+      }
+      const Vec corners[] = {-p, Vec(1, 0, 0) - p, Vec(0.3L, 1, 0) - p};
+      Exact exact = 0;
+      for (size_t i = 0; i < 3; ++i) {
+        const Vec& e = corners[i];
+        const Vec& f = corners[(i + 1) % 3];
+        exact += std::atan2(length(e.cross(f)), e.dot(f)) * wall.dot(unit(e.cross(f))) / 2;
+      }
+      const Exact tolerance =
+          normal_limit * mean.standard_error() + 1000 * epsilon<T> * std::abs(exact);
+      expect_near(mean.value(), std::abs(exact), tolerance);
+    }
+  }
+}
+
 // ---- Spheres ----
 // 1 - cos(theta) of a unit sphere.
 Exact sphere_opening(Exact d) { return 1 / (d * d) / (1 + std::sqrt((d - 1) * (d + 1)) / d); }
