@@ -1,15 +1,20 @@
 #include "reference_scenes/child_process.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <chrono>
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -40,6 +45,15 @@ pid_t start(const std::vector<std::string>& command, const std::filesystem::path
   return process;
 }
 
+// POV-Ray's headings stand between rules, and contain such words too.
+bool separator(const std::string& line) {
+  return std::ranges::count_if(line, [](unsigned char c) { return std::isalpha(c); }) < 2 ||
+         line.starts_with("----") || line.starts_with("====");
+}
+
+// Longer ones are no messages, and too much for std::regex.
+constexpr size_t longest_line = 2000;
+
 }  // namespace
 
 std::string last_line(const std::filesystem::path& file) {
@@ -50,6 +64,36 @@ std::string last_line(const std::filesystem::path& file) {
   const size_t end = text.find_last_not_of("\r\n ") + 1;
   const size_t begin = text.find_last_of("\r\n", end == 0 ? 0 : end - 1) + 1;
   return text.substr(begin, end - begin);
+}
+
+std::string telling_line(const std::filesystem::path& log) {
+  // The best first. POV-Ray says what is wrong in "Parse Error: ...", and after it only that it
+  // was fatal; Python's last line names its exception.
+  static const std::array<std::regex, 3> telling{
+      std::regex("Error|Exception|error: |terminate called|out of memory"),
+      std::regex("error|exception|fatal|failed|memory|abort", std::regex::icase),
+      std::regex("[A-Za-z]{2}")};
+  std::array<std::string, telling.size()> last;
+  std::ifstream stream(log, std::ios::binary);
+  std::string line;
+  while (std::getline(stream, line)) {
+    // Of progress, which carriage returns overwrite, what was to be seen in the end.
+    line.erase(line.find_last_not_of("\r\n ") + 1);
+    line.erase(0, line.find_last_of('\r') + 1);
+    if (line.size() > longest_line || separator(line)) continue;
+    for (size_t i = 0; i < telling.size(); ++i) {
+      if (std::regex_search(line, telling[i])) last[i] = line;
+    }
+  }
+  const auto found = std::ranges::find_if_not(last, &std::string::empty);
+  return found == last.end() ? "said nothing" : found->substr(found->find_first_not_of(' '));
+}
+
+std::string name_of_end(int status) {
+  if (status <= 128) return fmt::format("exit status {}", status);
+  const char* name = sigabbrev_np(status - 128);
+  if (name == nullptr) return fmt::format("exit status {}", status);
+  return fmt::format("SIG{}: {}", name, sigdescr_np(status - 128));
 }
 
 int run_program(const std::vector<std::string>& command, const std::filesystem::path& folder,

@@ -21,4 +21,11 @@ int run_program(const std::vector<std::string>& command, const std::filesystem::
 // progress.
 std::string last_line(const std::filesystem::path& file);
 
+// What in its log tells most of why a program failed: the last line that names an error, else the
+// last one with a word in it.
+std::string telling_line(const std::filesystem::path& log);
+
+// Of what run_program() returned: "exit status 7", or the signal's name.
+std::string name_of_end(int status);
+
 }  // namespace plumb
