@@ -13,12 +13,14 @@ constexpr std::array fov_axes{"x", "y", "diagonal", "smaller", "larger"};  // as
 std::string tuple(const Vec3& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
 
 std::string camera_text(const Camera& c) {
+  const double filter = cycles_filter_width(c.filter);
   return fmt::format(R"(    camera=Camera(
         origin={}, forward={}, right={}, up={},
-        fov={}, fov_axis="{}", width={}, height={}),
+        fov={}, fov_axis="{}", width={}, height={}{}),
 )",
                      tuple(c.origin), tuple(c.forward), tuple(c.right), tuple(c.up), c.fov_degrees,
-                     fov_axes.at(static_cast<size_t>(c.fov_axis)), c.width, c.height);
+                     fov_axes.at(static_cast<size_t>(c.fov_axis)), c.width, c.height,
+                     filter == 0.0 ? "" : fmt::format(", gaussian_width={}", filter));
 }
 
 std::string shape_text(const Shape& shape) {
@@ -53,7 +55,7 @@ std::string cycles_scene(const Scene& scene) {
   for (const Shape& shape : scene.shapes) shapes += shape_text(shape);
   return fmt::format(R"(# The scene {0}, from the scene file with SHA-1 {1}. To draw it:
 #   blender -b --python {0}.py -- -o {0}.exr --spp 256
-# Coordinates are the scene file's, colours are linear RGB.
+{4}# Coordinates are the scene file's, colours are linear RGB.
 import os
 import sys
 
@@ -69,7 +71,8 @@ main(
 {2}    shapes=[
 {3}    ])
 )",
-                     plain_identifier(scene.name), scene.hash, camera_text(scene.camera), shapes);
+                     plain_identifier(scene.name), scene.hash, camera_text(scene.camera), shapes,
+                     comment("# ", cycles_filter_note(scene.camera)));
 }
 
 }  // namespace plumb

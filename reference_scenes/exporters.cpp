@@ -40,6 +40,11 @@ fs::path write_both(const fs::path& file, std::string_view scene, const char* in
   return include;
 }
 
+std::string filter_name(const Camera& camera) {
+  constexpr const char* names[] = {"box", "tent", "gaussian"};  // as in Filter::Kind
+  return fmt::format("{} {}", names[size_t(camera.filter.kind)], camera.filter.size);
+}
+
 }  // namespace
 
 fs::path export_to_povray(const Scene& scene, const fs::path& file) {
@@ -48,6 +53,31 @@ fs::path export_to_povray(const Scene& scene, const fs::path& file) {
 
 fs::path export_to_cycles(const Scene& scene, const fs::path& file) {
   return write_both(file, cycles_scene(scene), "plumbline_cycles.py", cycles_include);
+}
+
+double cycles_filter_width(const Filter& filter) {
+  constexpr double widest = 10.0;
+  const double width = 12.0 * filter.size;
+  return filter.kind == Filter::Kind::gaussian && width <= widest ? width : 0.0;
+}
+
+std::string povray_filter_note(const Camera& camera) {
+  if (camera.filter.kind == Filter::Kind::box && camera.filter.size == 0.5) return "";
+  return fmt::format("POV-Ray draws a box filter, the scene asks for {}", filter_name(camera));
+}
+
+std::string cycles_filter_note(const Camera& camera) {
+  const Filter& filter = camera.filter;
+  if (filter.kind == Filter::Kind::box && filter.size == 0.5) return "";
+  if (cycles_filter_width(filter) == 0.0) {
+    return fmt::format("Cycles draws a box filter, the scene asks for {}", filter_name(camera));
+  }
+  if (filter.crosses_border) return "";
+  return "Cycles counts what lies beside the picture for its outermost pixels, the scene doesn't";
+}
+
+std::string comment(const std::string& mark, const std::string& note) {
+  return note.empty() ? "" : fmt::format("{}{}\n", mark, note);
 }
 
 std::string plain_identifier(const std::string& id) {

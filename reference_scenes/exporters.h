@@ -18,6 +18,17 @@ std::filesystem::path export_to_cycles(const Scene& scene, const std::filesystem
 std::string povray_scene(const Scene& scene);
 std::string cycles_scene(const Scene& scene);
 
+// What of the scene's pixel filter that program draws otherwise; empty if nothing.
+std::string povray_filter_note(const Camera& camera);
+std::string cycles_filter_note(const Camera& camera);
+
+// Cycles' exp(-72 (x / width)^2) out to half the width is a gaussian, but for 0.03 % where ours
+// ends. 0: it has no such filter.
+double cycles_filter_width(const Filter& filter);
+
+// A line of its own, none for an empty note.
+std::string comment(const std::string& mark, const std::string& note);
+
 // `id` with everything but ASCII letters, digits and underscores replaced by underscores: harmless
 // in any comment, string or name.
 std::string plain_identifier(const std::string& id);

@@ -33,10 +33,11 @@ class Camera(NamedTuple):
     fov_axis: str  # x, y, diagonal, smaller or larger
     width: int
     height: int
+    gaussian_width: float = 0.0  # of Cycles' filter of that name, in pixels; 0: a box
 
 
 class Mesh(NamedTuple):
-    """Planar polygons, counter-clockwise seen from the front; of a lamp: rectangles.
+    """Planar polygons, counter-clockwise seen from the front.
 
     A surface is diffuse or a mirror. Its back is black unless it is two-sided. A lamp emits
     `radiance` from its front.
@@ -134,7 +135,11 @@ class Builder:
                 self.point(shape)
         elif shape.radiance:
             for corners in shape.polygons:
-                self.rectangle_lamp(shape, [Vector(corner) for corner in corners])
+                if is_rectangle(corners):
+                    self.rectangle_lamp(shape, [Vector(corner) for corner in corners])
+            others = [corners for corners in shape.polygons if not is_rectangle(corners)]
+            if others:
+                self.emission_sampling(self.mesh(shape._replace(polygons=others)), True)
         else:
             self.mesh(shape)
 
@@ -246,13 +251,22 @@ class Builder:
         thing.modifiers.new(shape.name, "NODES").node_group = group
 
 
+def is_rectangle(corners):
+    """Up to what is lost in float, which area lights are placed in."""
+    if len(corners) != 4:
+        return False
+    a, b, c, d = (Vector(corner) for corner in corners)
+    size = (c - a).length
+    return (a - b + c - d).length <= 1e-5 * size and abs((b - a).dot(d - a)) <= 1e-5 * size * size
+
+
 def placed(origin, x, y, z):
     matrix = Matrix((x, y, z)).transposed().to_4x4()
     matrix.translation = origin
     return matrix
 
 
-def apply_settings(scene, card, options):
+def apply_settings(scene, card, options, gaussian_width):
     """Sets what would make Cycles biased, correlated between pixels or another on each machine."""
     # Cycles counts reflections, and light arrives after the last.
     reflections = min(max(options.bounces - 1, 0), MOST_BOUNCES)
@@ -285,8 +299,8 @@ def apply_settings(scene, card, options):
             ("cycles.glossy_bounces", reflections),
             ("cycles.transparent_max_bounces", MOST_BOUNCES),  # passing an area light is one
             ("cycles.min_light_bounces", 0),
-            ("cycles.pixel_filter_type", "BOX"),
-            ("cycles.filter_width", 1.0),
+            ("cycles.pixel_filter_type", "GAUSSIAN" if gaussian_width else "BOX"),
+            ("cycles.filter_width", gaussian_width or 1.0),
             ("cycles.film_exposure", 1.0),
             ("cycles.use_auto_tile", False),
             ("render.resolution_x", options.size[0]),
@@ -384,7 +398,7 @@ def draw(name, camera, shapes):
     options = read_options(name, camera)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene, card = bpy.context.scene, Card()
-    apply_settings(scene, card, options)
+    apply_settings(scene, card, options, camera.gaussian_width)
     builder = Builder(scene, card, camera, shapes, emission_only=options.bounces == 0)
     builder.camera(camera, *options.size)
     for shape in shapes:

@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <string>
 #include <variant>
 #include <vector>
@@ -22,28 +25,203 @@ std::string sphere(const Sphere& sphere) {
   return fmt::format("{}, {}", vector(sphere.center), sphere.radius);
 }
 
+// A mesh stores its corners in single precision, which shows where surfaces all but touch, as a
+// lamp's glow does. But of many triangles it takes less memory and time.
+constexpr size_t mesh_from = 200;
+
 std::string surface(const Shape& shape) {
   if (const auto* ball = std::get_if<Sphere>(&shape.geometry)) {
     return fmt::format("sphere {{ {} Surface() }}\n", sphere(*ball));
   }
-  std::string text = "union {\n";
-  for (const Polygon& polygon : std::get<Mesh>(shape.geometry)) {
+  const Mesh& polygons = std::get<Mesh>(shape.geometry);
+  const bool is_mesh = polygons.size() >= mesh_from && !shape.is_lamp();
+  std::string text = is_mesh ? "mesh {\n" : "union {\n";
+  for (const Polygon& polygon : polygons) {
     text += fmt::format("  {}({})\n", polygon.corners.size() == 3 ? "Triangle" : "Quad",
                         corner_list(polygon.corners));
   }
+  // Else photons are aimed at every triangle by itself, and those that miss it count for others.
+  if (!is_mesh && shape.bsdf.kind == Bsdf::Kind::conductor) text += "  split_union off\n";
   return text + "  Surface()\n}\n";
 }
 
-std::string lamp(const Shape& shape) {
+// The point of the polygon that is nearest to `p`.
+Vec3 nearest(const std::vector<Vec3>& corners, const Vec3& normal, const Vec3& p) {
+  Vec3 best = corners[0];
+  bool is_inside = true;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Vec3& a = corners[i];
+    const Vec3 edge = corners[(i + 1) % corners.size()] - a;
+    const double t = std::clamp((p - a).dot(edge) / edge.dot(edge), 0.0, 1.0);
+    if ((p - a - t * edge).length() < (p - best).length()) best = a + t * edge;
+    is_inside = is_inside && edge.cross(p - a).dot(normal) >= 0.0;
+  }
+  return is_inside ? p - (p - corners[0]).dot(normal) * normal : best;
+}
+
+// What of the polygon is more than `height` above the plane through `origin`.
+std::vector<Vec3> part_above(const std::vector<Vec3>& corners, const Vec3& origin,
+                             const Vec3& normal, double height) {
+  std::vector<Vec3> part;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Vec3& a = corners[i];
+    const Vec3& b = corners[(i + 1) % corners.size()];
+    const double at_a = (a - origin).dot(normal) - height;
+    const double at_b = (b - origin).dot(normal) - height;
+    if (at_a > 0.0) part.push_back(a);
+    if ((at_a > 0.0) != (at_b > 0.0)) part.push_back(a + at_a / (at_a - at_b) * (b - a));
+  }
+  return part;
+}
+
+// A polygon or sphere of a lamp, from which distances to what it shines on are measured.
+struct LampPart {
+  std::vector<Vec3> corners;  // none: a sphere
+  Vec3 normal;
+  Sphere bounds;
+
+  explicit LampPart(const Sphere& sphere) : bounds(sphere) {}
+  explicit LampPart(const Polygon& polygon)
+      : corners(polygon.corners), normal(polygon.normal()), bounds{middle(corners), 0.0} {
+    for (const Vec3& corner : corners) {
+      bounds.radius = std::max(bounds.radius, (corner - bounds.center).length());
+    }
+  }
+
+  static Vec3 middle(const std::vector<Vec3>& corners) {
+    Vec3 sum(0.0);
+    for (const Vec3& corner : corners) sum += corner;
+    return sum / static_cast<double>(corners.size());
+  }
+
+  bool shines_on(const Vec3& point, const Vec3& facing) const {
+    if (corners.empty()) return (bounds.center - point).dot(facing) > -bounds.radius;
+    return std::ranges::any_of(corners, [&](const Vec3& corner) {
+      return (corner - point).dot(facing) > 1e-6 * bounds.radius;
+    });
+  }
+
+  double distance_to(const Polygon& polygon, bool two_sided) const {
+    const Vec3 facing = polygon.normal();
+    if (!two_sided && !shines_on(polygon.corners[0], facing)) return far;
+    if (corners.empty()) {
+      const Vec3 point = nearest(polygon.corners, facing, bounds.center);
+      return std::max(0.0, (point - bounds.center).length() - bounds.radius);
+    }
+    // What is all but in the lamp's plane gets no light.
+    const std::vector<Vec3> lit =
+        part_above(polygon.corners, corners[0], normal, least_height * bounds.radius);
+    if (lit.size() < 3) return far;
+    // Projections on one and the other in turns lead to the two points that are nearest.
+    Vec3 here = bounds.center;
+    Vec3 there = here;
+    for (int i = 0; i < 32; ++i) {
+      there = nearest(lit, facing, here);
+      here = nearest(corners, normal, there);
+    }
+    return (there - here).length();
+  }
+
+  double distance_to(const Sphere& sphere) const {
+    if (corners.empty()) {
+      return std::max(0.0,
+                      (sphere.center - bounds.center).length() - sphere.radius - bounds.radius);
+    }
+    const double height = (sphere.center - corners[0]).dot(normal);
+    if (height + sphere.radius <= least_height * bounds.radius) return far;
+    return std::max(
+        0.0, (nearest(corners, normal, sphere.center) - sphere.center).length() - sphere.radius);
+  }
+
+  // To the nearest matte surface that it shines on; `far`, if that is further than `enough`.
+  double distance_to(const std::vector<Shape>& shapes, double enough) const {
+    double distance = far;
+    for (const Shape& shape : shapes) {
+      const Bsdf& bsdf = shape.bsdf;
+      if (bsdf.kind == Bsdf::Kind::conductor || bsdf.reflectance == Rgb(0.0)) continue;
+      if (const auto* ball = std::get_if<Sphere>(&shape.geometry)) {
+        const bool is_itself = corners.empty() && ball->center == bounds.center;
+        if (!is_itself) distance = std::min(distance, distance_to(*ball));
+        continue;
+      }
+      for (const Polygon& polygon : std::get<Mesh>(shape.geometry)) {
+        const Vec3 point = nearest(polygon.corners, polygon.normal(), bounds.center);
+        if ((point - bounds.center).length() - bounds.radius > enough) continue;
+        distance = std::min(distance, distance_to(polygon, bsdf.two_sided));
+      }
+    }
+    return distance;
+  }
+
+  static constexpr double far = 1e300;
+  static constexpr double least_height = 0.02;
+};
+
+// The error of a grid's light falls as exp(-2 pi distance / step): to 0.2 % where it is one step
+// away, as with these factors it is for the grid of a good picture. The largest is what can be
+// afforded.
+constexpr double usual_grid = 8.0;
+constexpr double largest_factor = 4.0;
+
+// Factors on the number of lights along a side, of a lamp that is the fraction `share` of all that
+// its shape emits from.
+class LampDetail {
+ public:
+  LampDetail(const std::vector<Shape>& shapes, const LampPart& part, double share, double longest)
+      : share_(std::min(1.0, 4.0 * std::sqrt(share))),
+        distance_(part.distance_to(shapes, longest / usual_grid)) {}
+
+  // Rounded up, so that exported numbers don't hang on the last bit.
+  double factor(double side) const {
+    const double wanted = side / (usual_grid * std::max(distance_, 1e-300));
+    const double factor = std::clamp(wanted, share_, largest_factor * share_);
+    return std::ceil(factor * 16.0 - 1e-6) / 16.0;
+  }
+
+ private:
+  double share_;
+  double distance_;
+};
+
+double area(const Polygon& polygon) {
+  Vec3 sum(0.0);
+  for (size_t i = 1; i + 1 < polygon.corners.size(); ++i) {
+    sum += (polygon.corners[i] - polygon.corners[0])
+               .cross(polygon.corners[i + 1] - polygon.corners[0]);
+  }
+  return 0.5 * sum.length();
+}
+
+std::string lamp(const Scene& scene, const Shape& shape) {
   const std::string radiance = vector(shape.radiance);
   if (const auto* ball = std::get_if<Sphere>(&shape.geometry)) {
-    return fmt::format("Sphere_lamp({}, {})\n", sphere(*ball), radiance);
+    // 4 N^2 lights on the sphere are as dense as N^2 on a square of this side.
+    const double side = std::sqrt(std::numbers::pi) * ball->radius;
+    const LampDetail detail(scene.shapes, LampPart(*ball), 1.0, side);
+    return fmt::format("Sphere_lamp({}, {}, {})\n", sphere(*ball), radiance, detail.factor(side));
   }
+  const Mesh& polygons = std::get<Mesh>(shape.geometry);
+  double whole = 0.0;
+  for (const Polygon& polygon : polygons) whole += area(polygon);
   std::string text;
-  for (const Polygon& polygon : std::get<Mesh>(shape.geometry)) {
+  for (const Polygon& polygon : polygons) {
     const std::vector<Vec3>& corner = polygon.corners;
-    text += fmt::format("Rectangle_lamp({}, {})\n", corner_list({corner[0], corner[1], corner[3]}),
-                        radiance);
+    const double x = (corner[1] - corner[0]).length();
+    const double y = (corner.back() - corner[0]).length();
+    const double diagonal = (corner[2] - corner[1]).length();
+    const double longest = std::max({x, y, diagonal});
+    const LampDetail detail(scene.shapes, LampPart(polygon), area(polygon) / whole, longest);
+    if (polygon.is_rectangle()) {
+      text += fmt::format("Rectangle_lamp({}, {}, {}, {})\n",
+                          corner_list({corner[0], corner[1], corner[3]}), radiance,
+                          detail.factor(x), detail.factor(y));
+      continue;
+    }
+    for (size_t i = 1; i + 1 < corner.size(); ++i) {
+      text += fmt::format("Triangle_lamp({}, {}, {})\n",
+                          corner_list({corner[0], corner[i], corner[i + 1]}), radiance,
+                          detail.factor(longest));
+    }
   }
   return text;
 }
@@ -58,15 +236,16 @@ std::string camera(const Camera& camera) {
 
 std::string povray_scene(const Scene& scene) {
   std::string text = fmt::format(
-      "// {}, for POV-Ray 3.7: povray FILE +W{} +H{}\n"
+      "// {}, for POV-Ray 3.7: povray FILE +W{} +H{}\n{}"
       "#version 3.7;\n#include \"plumbline.inc\"\n\n{}",
-      plain_identifier(scene.name), scene.camera.width, scene.camera.height, camera(scene.camera));
+      plain_identifier(scene.name), scene.camera.width, scene.camera.height,
+      comment("// ", povray_filter_note(scene.camera)), camera(scene.camera));
   for (const Shape& shape : scene.shapes) {
     const bool diffuse = shape.bsdf.kind == Bsdf::Kind::diffuse;
     text += fmt::format("\n// {}\n{}({}, {})\n{}", plain_identifier(shape.id),
                         diffuse ? "Diffuse" : "Conductor", vector(shape.bsdf.reflectance),
                         shape.bsdf.two_sided ? "yes" : "no", surface(shape));
-    if (shape.is_lamp()) text += lamp(shape);
+    if (shape.is_lamp()) text += lamp(scene, shape);
   }
   return text;
 }

@@ -1,10 +1,13 @@
 // What may be relied on about exported scene files.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "reference_scenes/exporters.h"
 #include "scene_files/scene_reader.h"
@@ -60,6 +63,88 @@ TEST(Export, WritesNumbersInFullPrecision) {
   std::get<Sphere>(scene.shapes[0].geometry).radius = 0.1234567890123456;
   EXPECT_NE(povray_scene(scene).find("0.1234567890123456"), std::string::npos);
   EXPECT_NE(cycles_scene(scene).find("0.1234567890123456"), std::string::npos);
+}
+
+Scene lamp_before_wall(double distance) {
+  Scene scene;
+  scene.camera = test::camera(Vec3(0, 1, 4), Vec3(0, 1, 0), 60);
+  scene.shapes = {
+      test::parallelogram(Vec3(-distance, 0, -1), Vec3(0, 2, 0), Vec3(0, 0, 4), test::diffuse(0.5)),
+      test::parallelogram(Vec3(0, 1, 0), Vec3(1, 0, 0), Vec3(0, 0, 2), test::diffuse(0.0), 5.0)};
+  return scene;
+}
+
+// The factors on the numbers of lights along x and along z.
+std::pair<double, double> factors_of(const Scene& scene) {
+  std::string text = povray_scene(scene);
+  text = text.substr(text.rfind("_lamp("));
+  const size_t begin = text.find_last_of('>') + 2;
+  char* end = nullptr;
+  const double along_x = std::strtod(&text[begin], &end);
+  return {along_x, std::strtod(end + 1, nullptr)};
+}
+
+TEST(Export, PovRaysLampsHaveMoreLightsBesideWhatTheyShineOn) {
+  EXPECT_EQ(factors_of(lamp_before_wall(1.0)), std::pair(1.0, 1.0));
+  // With factor 1 a step is an eighth of the side; with these it is as long as the distance.
+  const auto [along_x, along_z] = factors_of(lamp_before_wall(1.0 / 16));
+  EXPECT_NEAR(along_x, 2.0, 0.1);
+  EXPECT_NEAR(along_z, 4.0, 0.2);
+  EXPECT_EQ(factors_of(lamp_before_wall(0.0)), std::pair(4.0, 4.0));
+}
+
+TEST(Export, OnlyWhatALampShinesOnCountsAsNear) {
+  Scene scene = lamp_before_wall(0.0);
+  scene.shapes[0].bsdf.reflectance = Rgb(0.0);
+  EXPECT_EQ(factors_of(scene), std::pair(1.0, 1.0)) << "a black wall";
+  scene = lamp_before_wall(0.01);
+  auto& corners = std::get<Mesh>(scene.shapes[0].geometry)[0].corners;
+  std::swap(corners[1], corners[3]);
+  EXPECT_EQ(factors_of(scene), std::pair(1.0, 1.0)) << "a wall's black back";
+  scene.shapes[0].bsdf.two_sided = true;
+  EXPECT_EQ(factors_of(scene), std::pair(4.0, 4.0));
+  // The lamp faces down.
+  scene.shapes[0] = test::parallelogram(Vec3(-1, 1.001, -1), Vec3(3, 0, 0), Vec3(0, 0, 4),
+                                        test::diffuse(0.5, true));
+  EXPECT_EQ(factors_of(scene), std::pair(1.0, 1.0)) << "what is behind";
+}
+
+TEST(Export, LampsThatAreNoRectanglesAreTriangles) {
+  Scene scene = lamp_before_wall(1.0);
+  auto& corners = std::get<Mesh>(scene.shapes[1].geometry)[0].corners;
+  corners[2].x += 1.0;
+  const std::string text = povray_scene(scene);
+  EXPECT_EQ(text.find("Rectangle_lamp"), std::string::npos);
+  EXPECT_NE(text.find("Triangle_lamp(<0, 1, 0>, <1, 1, 0>, <2, 1, 2>, "), std::string::npos);
+  EXPECT_NE(text.find("Triangle_lamp(<0, 1, 0>, <2, 1, 2>, <0, 1, 2>, "), std::string::npos);
+}
+
+TEST(Export, PovRaysLargeMeshesAreMeshesAndMirrorsWhole) {
+  Scene scene = lamp_before_wall(1.0);
+  auto& polygons = std::get<Mesh>(scene.shapes[0].geometry);
+  scene.shapes[0].bsdf.kind = Bsdf::Kind::conductor;
+  EXPECT_NE(povray_scene(scene).find("split_union off"), std::string::npos);
+  const Polygon wall = polygons[0];
+  polygons.assign(1000, wall);
+  const std::string text = povray_scene(scene);
+  EXPECT_NE(text.find("mesh {"), std::string::npos);
+  EXPECT_EQ(text.find("split_union off"), std::string::npos) << "meshes have none";
+}
+
+TEST(Export, SaysWhichFilterIsDrawnOtherwise) {
+  Scene scene = lamp_before_wall(1.0);
+  EXPECT_EQ(povray_scene(scene).find("filter"), std::string::npos);
+  EXPECT_EQ(cycles_scene(scene).find("filter"), std::string::npos);
+  scene.camera.filter = {Filter::Kind::tent, 1.0};
+  EXPECT_NE(povray_scene(scene).find("draws a box filter, the scene asks for tent 1\n"),
+            std::string::npos);
+  EXPECT_NE(cycles_scene(scene).find("draws a box filter, the scene asks for tent 1\n"),
+            std::string::npos);
+  scene.camera.filter = {Filter::Kind::gaussian, 0.5, true};
+  EXPECT_NE(cycles_scene(scene).find("gaussian_width=6)"), std::string::npos);
+  EXPECT_EQ(cycles_scene(scene).find("box"), std::string::npos);
+  scene.camera.filter.size = 2.0;
+  EXPECT_NE(cycles_scene(scene).find("draws a box filter"), std::string::npos);
 }
 
 TEST(Export, StoredFilesAreWhatTheScenesGive) {
