@@ -76,6 +76,8 @@ int run(Options options) {
   check_writable(options.output);
   const Scene scene = load_scene(options.scene);
   options.settings.bounces = scene.request.bounces;
+  const std::string note = drawn_otherwise(scene, options.settings.program);
+  if (!note.empty()) fmt::print(stderr, "plumb: {}\n", note);
   listen_for_interrupts();
   Reference reference = [&] {
     ProgressLine line;

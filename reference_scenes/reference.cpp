@@ -265,8 +265,8 @@ class Session {
     const int status = start(run.command, which);
     if (watcher_.stop) return;
     if (status != 0) {
-      throw std::runtime_error(fmt::format("{}: {} (exit status {}; all that it said is in {})",
-                                           run.command[0], last_line(log_), status, log_.string()));
+      throw std::runtime_error(fmt::format("{}: {} ({}; all that it said is in {})", run.command[0],
+                                           telling_line(log_), name_of_end(status), log_.string()));
     }
     const std::chrono::duration<double> process = std::chrono::steady_clock::now() - begin;
     Json report = read_report(log_);
@@ -350,6 +350,15 @@ ReferenceSettings complete(ReferenceSettings settings) {
 }
 
 }  // namespace
+
+std::string drawn_otherwise(const Scene& scene, Program program) {
+  switch (program) {
+    case Program::povray: return povray_filter_note(scene.camera);
+    case Program::cycles: return cycles_filter_note(scene.camera);
+    case Program::mitsuba: return "";
+  }
+  return "";
+}
 
 Reference render_reference(const Scene& scene, const fs::path& scene_file,
                            const ReferenceSettings& settings, const fs::path& log,

@@ -45,6 +45,9 @@ struct Reference {
   std::string runs;              // JSON: what was run and what each run said that it applied
 };
 
+// What of the scene the program draws otherwise, in a line; empty if nothing.
+std::string drawn_otherwise(const Scene& scene, Program program);
+
 // Light of A to B bounces is the difference of a picture with up to B and one with up to A - 1.
 // After a stop the picture has the seeds that were finished.
 //
