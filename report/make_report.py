@@ -26,7 +26,7 @@ import page  # noqa: E402
 TITLES = {"cornell": "Cornell box", "seed": "Seed scene"}
 TOLERANCES = {"cornell": "1%", "seed": "2%"}  # as in tests/gate.toml
 NAMES = {"plumbline": "Plumbline", "cycles": "Cycles", "povray": "POV-Ray", "mitsuba": "Mitsuba"}
-MINUTES = {"cycles": 4, "mitsuba": 2, "povray": 1}  # for both scenes, on two cores
+MINUTES = {"cycles": 3, "mitsuba": 2, "povray": 2}  # for both scenes, on two cores
 
 
 @dataclass
@@ -251,7 +251,7 @@ class Stage:
 
 def stages(programs):
     return [Stage("Plumbline's pictures", 1, SceneReport.draw_ours),
-            Stage("the plots", 3, SceneReport.draw_series),
+            Stage("the plots", 2, SceneReport.draw_series),
             *(Stage(NAMES[name], MINUTES[name], lambda report, name=name: report.draw_by(name))
               for name in programs)]
 
