@@ -23,6 +23,8 @@ help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
 	@echo "make build   build/plumb"
 	@echo "make test    builds and runs all tests"
+	@echo "make differential  holds methods, precisions and Mitsuba, if it is installed, against each"
+	@echo "                   other in random scenes (SCENES=1000: half an hour; with Mitsuba hours)"
 	@echo "make gate    holds pictures rendered now against the stored ones of other programs"
 	@echo "make report  renders the scenes with all programs and writes out/report.html (8 minutes)"
 	@echo "make bench   measures the renderer's speed and noise"
@@ -74,6 +76,10 @@ build: configure
 
 test: build
 	ctest --test-dir build --output-on-failure -j$(jobs)
+
+differential: build
+	PLUMB_DIFFERENTIAL_SCENES=$(or $(SCENES),1000) PLUMB_DIFFERENTIAL_MITSUBA=$(if \
+	  $(shell python3 -c 'import mitsuba' 2>&1),,1) build/differential_test
 
 gate: build
 	@mkdir -p out/gate

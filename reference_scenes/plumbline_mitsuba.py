@@ -47,6 +47,8 @@ def load_scene(mitsuba, file, size, x_fov):
     of view along x from that of the file's own size, and then keeps it."""
     data = file.read_bytes()
     text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    # The numbers of ldsampler depend on each other (findings/mitsuba_ldsampler.py).
+    text = text.replace('type="ldsampler"', 'type="multijitter"')
     if "<sampler" not in text:
         text = text.replace("</sensor>", '<sampler type="multijitter"/></sensor>')
     mitsuba.file_resolver().append(str(file.parent))
@@ -78,8 +80,10 @@ def main():
     scene = load_scene(mitsuba, arguments.scene, arguments.size, arguments.x_fov)
 
     def render(spp, seed):
-        image = mitsuba.render(scene, integrator=integrator, spp=spp, seed=seed)
-        return mitsuba.Bitmap(image)
+        mitsuba.render(scene, integrator=integrator, spp=spp, seed=seed)
+        # The film may be one of XYZ, or have an alpha.
+        bitmap = scene.sensors()[0].film().bitmap()
+        return bitmap.convert(mitsuba.Bitmap.PixelFormat.RGB, mitsuba.Struct.Type.Float32, False)
 
     render(arguments.spp, arguments.seed + 1)  # compiles
     begin = time.perf_counter()

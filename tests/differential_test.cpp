@@ -243,7 +243,8 @@ class Differential : public testing::TestWithParam<int> {
 
   void hold_against_mitsuba(const Scene& scene, const fs::path& file, const Pools& ours,
                             const std::string& what) const {
-    if (std::getenv("PLUMB_DIFFERENTIAL_MITSUBA") == nullptr) return;
+    const char* is_asked = std::getenv("PLUMB_DIFFERENTIAL_MITSUBA");
+    if (is_asked == nullptr || *is_asked == '\0') return;
     const std::atomic<bool> stop{false};
     const Reference reference = render_reference(
         scene, file,
