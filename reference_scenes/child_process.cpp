@@ -45,10 +45,12 @@ pid_t start(const std::vector<std::string>& command, const std::filesystem::path
   return process;
 }
 
-// POV-Ray's headings stand between rules, and contain such words too.
+// POV-Ray's headings stand between rules, and tables of its options have dots: both contain such
+// words too.
 bool separator(const std::string& line) {
   return std::ranges::count_if(line, [](unsigned char c) { return std::isalpha(c); }) < 2 ||
-         line.starts_with("----") || line.starts_with("====");
+         line.starts_with("----") || line.starts_with("====") ||
+         line.find("......") != std::string::npos;
 }
 
 // Longer ones are no messages, and too much for std::regex.

@@ -57,7 +57,7 @@ fs::path export_to_cycles(const Scene& scene, const fs::path& file) {
 
 double cycles_filter_width(const Filter& filter) {
   constexpr double widest = 10.0;
-  const double width = 12.0 * filter.size;
+  const double width = 4.0 * filter.size;
   return filter.kind == Filter::Kind::gaussian && width <= widest ? width : 0.0;
 }
 

@@ -22,8 +22,8 @@ std::string cycles_scene(const Scene& scene);
 std::string povray_filter_note(const Camera& camera);
 std::string cycles_filter_note(const Camera& camera);
 
-// Cycles' exp(-72 (x / width)^2) out to half the width is a gaussian, but for 0.03 % where ours
-// ends. 0: it has no such filter.
+// Cycles' gaussian is exp(-8 (x / width)^2), out to one and a half widths: ours, but for 0.03 %
+// where ours ends. 0: it has no such filter.
 double cycles_filter_width(const Filter& filter);
 
 // A line of its own, none for an empty note.

@@ -188,7 +188,8 @@ class Builder:
         """An area light, because meshes that emit are up to a percent too dark at grazing angles.
 
         The camera does not see area lights, and light passes through them. So a copy for the
-        camera alone is in the same place, and what stops light a little behind.
+        camera alone is a little before it, where a lamp that reflects is not lit by its own
+        light, and what stops light a little behind.
         """
         x, y = corners[1] - corners[0], corners[3] - corners[0]
         normal = x.cross(y).normalized()
@@ -204,7 +205,8 @@ class Builder:
         self.add(shape.name, light).matrix_world = placed(
             (corners[0] + corners[2]) / 2.0, x.normalized(), -y.normalized(), -normal)
 
-        front = self.mesh(shape._replace(polygons=[corners]))
+        front = self.mesh(shape._replace(
+            polygons=[[corner + self.gap * normal for corner in corners]]))
         for ray in ("diffuse", "glossy", "transmission", "volume_scatter", "shadow"):
             setattr(front, f"visible_{ray}", False)
         self.emission_sampling(front, False)

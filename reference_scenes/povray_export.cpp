@@ -26,7 +26,8 @@ std::string sphere(const Sphere& sphere) {
 }
 
 // A mesh stores its corners in single precision, which shows where surfaces all but touch, as a
-// lamp's glow does. But of many triangles it takes less memory and time.
+// lamp's glow does. But a union that isn't split is searched from end to end: mirrors of 20,000
+// triangles took 135 s as a union and 1 s as a mesh.
 constexpr size_t mesh_from = 200;
 
 std::string surface(const Shape& shape) {

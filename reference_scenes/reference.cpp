@@ -132,7 +132,7 @@ class Programs {
   // Lamps as the camera sees them, direct light from many points of the lamps, and what further
   // bounces add where the lamps have fewer points, which every gathered ray has to ask.
   std::vector<Run> povray(std::optional<int> bounces) const {
-    constexpr std::array<int, 3> emission_depth{3, 5, 9};
+    constexpr std::array<int, 3> emission_depth{5, 9, 9};
     constexpr std::array<int, 3> direct_depth{3, 3, 5};
     constexpr std::array<int, 3> direct_grid{6, 8, 16};
     const auto quality = size_t(settings_.quality);
@@ -141,7 +141,8 @@ class Programs {
     runs.push_back({povray(direct_depth[quality], 1,
                            {"Emission=0", fmt::format("Lamp_grid={}", direct_grid[quality])})});
     if (bounces == 1) return runs;
-    const Command coarse{"Emission=0", "Lamp_grid=4", fmt::format("Quality={}", quality)};
+    const Command coarse{"Emission=0", "Lamp_grid=4", "Lamp_detail=0",
+                         fmt::format("Quality={}", quality)};
     runs.push_back({povray(3, bounces, coarse), 1.0});
     runs.push_back({povray(3, 1, coarse), -1.0});
     return runs;

@@ -141,9 +141,9 @@ TEST(Export, SaysWhichFilterIsDrawnOtherwise) {
   EXPECT_NE(cycles_scene(scene).find("draws a box filter, the scene asks for tent 1\n"),
             std::string::npos);
   scene.camera.filter = {Filter::Kind::gaussian, 0.5, true};
-  EXPECT_NE(cycles_scene(scene).find("gaussian_width=6)"), std::string::npos);
+  EXPECT_NE(cycles_scene(scene).find("gaussian_width=2)"), std::string::npos);
   EXPECT_EQ(cycles_scene(scene).find("box"), std::string::npos);
-  scene.camera.filter.size = 2.0;
+  scene.camera.filter.size = 3.0;
   EXPECT_NE(cycles_scene(scene).find("draws a box filter"), std::string::npos);
 }
 

@@ -207,10 +207,12 @@ TEST(Reference, AFailureNamesWhatTheProgramSaidLastAndItsLog) {
 }
 
 TEST(Reference, AFailureShowsTheLineThatNamesTheError) {
-  const FakeProgram povray("povray",
-                           "echo '==== [Parsing error?] ===='; echo 'Parse Error: no camera';"
-                           "echo 'Fatal error in parser: Cannot parse input.';"
-                           "echo 'Render failed'; echo; echo ------- errors -------; exit 1");
+  const FakeProgram povray(
+      "povray",
+      "echo '==== [Parsing error?] ===='; echo 'Parse Error: no camera';"
+      "echo 'Fatal error in parser: Cannot parse input.';"
+      "echo 'Render failed'; echo; echo '  Fatal Stream to console.........On';"
+      " echo ------- errors -------; exit 1");
   const std::string complaint = complaint_of({.program = Program::povray});
   EXPECT_NE(complaint.find("povray: Parse Error: no camera (exit status 1;"), std::string::npos)
       << complaint;
@@ -225,6 +227,19 @@ TEST(Reference, ADeathBySignalShowsItsNameAndTheLastWords) {
   const FakeProgram silent("blender", "kill -KILL $$");
   const std::string second = complaint_of({.program = Program::cycles});
   EXPECT_NE(second.find("blender: said nothing (SIGKILL: Killed;"), std::string::npos) << second;
+}
+
+// A matte ball in a room of mirrors, which POV-Ray died of.
+TEST(Reference, PovRayLivesInARoomOfMirrors) {
+  Scene scene;
+  scene.camera = test::camera(Vec3(0, 0, -0.9), Vec3(0), 60, 16);
+  scene.shapes = test::room(Vec3(-1), Vec3(1), test::mirror(0.9));
+  scene.shapes.push_back(test::sphere(Vec3(-0.4, -0.3, 0.2), 0.3, test::diffuse(0.7)));
+  scene.shapes.push_back(test::sphere(Vec3(0.3, 0.2, 0.4), 0.1, test::diffuse(0.0), 1.0));
+  const auto povray =
+      draw_if_installed(scene, {.program = Program::povray, .quality = Quality::draft});
+  if (!povray) GTEST_SKIP() << "POV-Ray is not installed";
+  EXPECT_GT(mean_of(povray->image).mean, 0.0);
 }
 
 TEST(Reference, WhatIsDrawnOtherwiseIsSaid) {
