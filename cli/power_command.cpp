@@ -156,6 +156,8 @@ class Trials {
       seconds += render(scene, settings, limits, film, {}, &stop_requested).wall_seconds;
       if (stop_requested) return "";
       line.show(fmt::format("{}, {}: {} spp", scene.name, fault_name(fault), goal));
+      // Of fewer samples all may have missed the same light.
+      if (film.samples_per_pixel() < fewest_samples) break;
       if (found.empty()) found = look(fault, film, seconds, step);
       const bool is_known = !found.empty() && goal >= converged_samples;
       if (is_known || film.samples_per_pixel() < goal || seconds >= options_.seconds) break;

@@ -126,17 +126,35 @@ bool bounds_the_scene(const Surface& wall, const std::vector<Surface>& surfaces)
   return lowest >= -Polygon::rounding || highest <= Polygon::rounding;
 }
 
-// The first surface in the plane of surface `i`, or itself.
-int first_coplanar(const std::vector<Surface>& surfaces, int i) {
-  const auto* polygon = std::get_if<Polygon>(&surfaces[size_t(i)].geometry);
-  if (polygon == nullptr) return i;
-  const auto lies_in_plane = [&](const Surface& surface) {
-    const auto* other = std::get_if<Polygon>(&surface.geometry);
-    return other != nullptr && std::ranges::all_of(polygon->corners, [&](const Vec3& corner) {
-             return std::abs(surface.normal.dot(corner - other->corners[0])) <= Polygon::rounding;
-           });
-  };
-  return static_cast<int>(std::ranges::find_if(surfaces, lies_in_plane) - surfaces.begin());
+// For each surface, the first one that lies in its plane, be it itself. Planes that are the same
+// have the same normals but for rounding, whose x tells quickly that most are not.
+std::vector<int> first_coplanar(const std::vector<Surface>& surfaces) {
+  std::vector<std::pair<double, size_t>> by_normal;
+  for (size_t i = 0; i < surfaces.size(); ++i) {
+    by_normal.emplace_back(std::abs(surfaces[i].normal.x), i);
+  }
+  std::ranges::sort(by_normal);
+  std::vector<int> first;
+  for (size_t i = 0; i < surfaces.size(); ++i) {
+    first.push_back(static_cast<int>(i));
+    const auto* polygon = std::get_if<Polygon>(&surfaces[i].geometry);
+    if (polygon == nullptr) continue;
+    const auto& c = polygon->corners;
+    const double size = std::min((c[1] - c[0]).length(), (c[2] - c[1]).length());
+    const double x = std::abs(surfaces[i].normal.x);
+    const double rounding = std::max(1e-4, 4.0 * Polygon::rounding / size);
+    for (auto near = std::ranges::lower_bound(by_normal, std::pair(x - rounding, size_t{0}));
+         near != by_normal.end() && near->first <= x + rounding; ++near) {
+      const Surface& other = surfaces[near->second];
+      const auto* flat = std::get_if<Polygon>(&other.geometry);
+      if (flat == nullptr || static_cast<int>(near->second) >= first[i]) continue;
+      const bool is_coplanar = std::ranges::all_of(c, [&](const Vec3& corner) {
+        return std::abs(other.normal.dot(corner - flat->corners[0])) <= Polygon::rounding;
+      });
+      if (is_coplanar) first[i] = static_cast<int>(near->second);
+    }
+  }
+  return first;
 }
 
 template <typename T>
@@ -425,10 +443,11 @@ PackedScene<T>::PackedScene(const Scene& scene) {
   surfaces.count = static_cast<int>(list.size());
   surfaces.stride = static_cast<int>((list.size() / 64 + 1) * 64);
   surfaces.values.assign(size_t{SurfaceTable<T>::columns} * size_t(surfaces.stride), T{0});
+  const std::vector<int> planes = first_coplanar(list);
   for (int i = 0; i < static_cast<int>(list.size()); ++i) {
     const Surface& surface = list[size_t(i)];
     const T id = static_cast<T>(i);
-    const int first = first_coplanar(list, i);
+    const int first = planes[size_t(i)];
     const T plane = static_cast<T>(first);
     const bool starts_solid = i == 0 || list[size_t(i) - 1].shape != surface.shape;
     add_surface<T>(surface, starts_solid, growth, id, plane, shapes);

@@ -79,10 +79,12 @@ class MeshBuilder {
     const Vec3 normal = face.normal();
     const auto is_same = [&](const Vec3& n) { return (n - normal).length() < same_direction; };
     for (const Corner& corner : corners) {
-      if (corner.normal) {
-        mesh_.has_normals = true;
-        mesh_.normals_are_flat &= is_same(normals_[*corner.normal]);
-      }
+      mesh_.lacks_normals |= !corner.normal;
+      if (!corner.normal) continue;
+      mesh_.has_normals = true;
+      mesh_.normals_are_flat &= is_same(normals_[*corner.normal]);
+    }
+    for (const Corner& corner : corners) {
       auto& first = normal_at_[corner.vertex];
       if (first) mesh_.shares_corners |= !is_same(*first);
       first = normal;
@@ -96,13 +98,15 @@ class MeshBuilder {
   MeshFile mesh_;
 };
 
-// A vertex may have a colour after its coordinates.
+// A vertex may have a weight of 1 or a colour after its coordinates.
 Vec3 read_vector(std::istream& statement) {
   std::vector<double> numbers;
   for (double number = 0.0; statement >> std::ws && !statement.eof() && statement >> number;) {
     numbers.push_back(number);
   }
-  const bool is_whole = statement.eof() && (numbers.size() == 3 || numbers.size() == 6);
+  const bool has_weight = numbers.size() == 4 && numbers[3] == 1.0;
+  const bool is_whole =
+      statement.eof() && (numbers.size() == 3 || numbers.size() == 6 || has_weight);
   if (is_whole) return {numbers[0], numbers[1], numbers[2]};
   throw SceneError("must be three finite numbers");
 }
@@ -161,27 +165,62 @@ MeshFile read_obj(const std::string& file, const std::string& text, const Imath:
   return std::move(builder.mesh());
 }
 
+namespace {
+
+// How many of an element a PLY file's header announces.
+size_t announced(const std::string& text, const std::string& element) {
+  std::istringstream header(text.substr(0, text.find("end_header")));
+  size_t count = 0;
+  for (std::string word; header >> word;) {
+    if (word == "element" && header >> word && word == element) header >> count;
+  }
+  return count;
+}
+
+}  // namespace
+
 MeshFile read_ply(const std::string& file, const std::string& text, const Imath::M44d& to_world) {
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFileFromMemory(text.data(), text.size(), 0, "ply");
   if (scene == nullptr) throw SceneError(file + ": " + importer.GetErrorString());
   MeshBuilder builder(to_world);
+  size_t vertices = 0, faces = 0;
   const auto to_vector = [](const aiVector3D& v) { return Vec3(v.x, v.y, v.z); };
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     const aiMesh& mesh = *scene->mMeshes[m];
     const size_t first = builder.vertex_count();
+    vertices += mesh.mNumVertices;
+    faces += mesh.mNumFaces;
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
       builder.add_vertex(to_vector(mesh.mVertices[i]));
       builder.add_normal(mesh.HasNormals() ? to_vector(mesh.mNormals[i]) : Vec3(0.0));
     }
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
       std::vector<Corner> corners;
+      if (mesh.mFaces[i].mNumIndices < 3) {
+        throw SceneError(fmt::format("{}: face {} has less than three corners", file, i));
+      }
       for (unsigned k = 0; k < mesh.mFaces[i].mNumIndices; ++k) {
+        if (mesh.mFaces[i].mIndices[k] >= mesh.mNumVertices) {
+          throw SceneError(fmt::format("{}: face {}: {} is not one of {} vertices", file, i,
+                                       static_cast<int>(mesh.mFaces[i].mIndices[k]),
+                                       mesh.mNumVertices));
+        }
         const size_t index = first + mesh.mFaces[i].mIndices[k];
         corners.push_back({index, mesh.HasNormals() ? std::optional(index) : std::nullopt});
       }
       builder.add_face(corners);
     }
+  }
+  // Assimp takes the last line of an ASCII file again where lines are missing.
+  const size_t wanted = announced(text, "vertex") + announced(text, "face");
+  const bool is_text = text.find("format ascii") < text.find("end_header");
+  const auto body =
+      text.begin() + static_cast<std::ptrdiff_t>(std::min(text.find("end_header"), text.size()));
+  const auto line_ends = static_cast<size_t>(std::count(body, text.end(), '\n'));
+  const bool is_short = line_ends + (text.ends_with('\n') ? 0 : 1) < wanted + 1;
+  if (vertices + faces != wanted || (is_text && is_short)) {
+    throw SceneError(file + ": holds less than its header says");
   }
   return std::move(builder.mesh());
 }

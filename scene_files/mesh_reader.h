@@ -10,7 +10,8 @@ namespace plumb {
 struct MeshFile {
   Mesh faces;  // transformed; without those that have no area
   int without_area = 0;
-  bool has_normals = false;      // of its own, at the corners of its faces
+  bool has_normals = false;      // of its own, at corners of its faces
+  bool lacks_normals = false;    // at some of them
   bool normals_are_flat = true;  // they are the faces' own
   bool shares_corners = false;   // faces that don't lie in one plane have corners in common
 };

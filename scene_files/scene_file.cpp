@@ -73,6 +73,15 @@ std::string to_snake_case(const std::string& name) {
   return snake;
 }
 
+// How many nodes an element holds, itself included, as far as that is less.
+int size_up_to(const xml_node& element, int most) {
+  int size = 0;
+  const xml_node end = next_sibling_node(element);
+  for (xml_node node = element; node != end && size < most; node = next_node(node)) ++size;
+  return size;
+}
+constexpr int most_copied_nodes = 1000000;
+
 void upgrade(xml_node node) {
   if (tag(node) == "lookAt") node.set_name("lookat");
   auto name = node.attribute("name");
@@ -163,8 +172,7 @@ void SceneFile::parse(const fs::path& file, pugi::xml_document& document) {
   const std::string text = to_utf8(read_bytes(file));
   if (text.empty()) throw SceneError(file.string() + ": cannot be read or is empty");
   // As a fragment, so that text outside of <scene> is seen.
-  constexpr auto options =
-      pugi::parse_default | pugi::parse_fragment | pugi::parse_trim_pcdata | pugi::parse_doctype;
+  constexpr auto options = pugi::parse_default | pugi::parse_fragment | pugi::parse_trim_pcdata;
   const auto result = document.load_buffer(text.data(), text.size(), options, pugi::encoding_utf8);
   if (!result) {
     const auto line = 1 + std::count(text.begin(), text.begin() + result.offset, '\n');
@@ -222,7 +230,12 @@ void SceneFile::replace_parameters(const xml_node& node) {
     for (const auto& [name, replacement] : parameters_) {
       value = OIIO::Strutil::replace(value, "$" + name, replacement, true);
     }
-    if (value.find('$') != value.npos) refuse(node, "no <default> before this defines $");
+    if (const size_t at = value.find('$'); at != value.npos) {
+      const size_t end = value.find_first_of(" ,/.$", at + 1);
+      refuse(node, "no <default> before this defines " + value.substr(at, end - at));
+    }
+    constexpr size_t longest = 10000000;
+    if (value.size() > longest) throw SceneError(file_.string() + ": a value of over 10 MB");
     attribute.set_value(value.c_str());
   }
 }
@@ -232,7 +245,8 @@ xml_node SceneFile::include(xml_node node) {
   constexpr int most = 100;
   const fs::path file = find(node, node.attribute("filename").value());
   if (!fs::is_regular_file(file)) {
-    refuse(node, file.string() + ": no such file");
+    refuse(node, fmt::format("{}: {}", file.string(),
+                             fs::exists(file) ? "is not a file" : "no such file"));
     return next_node(node);
   }
   if (++includes_ > most) throw SceneError(file_.string() + ": includes more than 100 files");
@@ -257,6 +271,7 @@ void SceneFile::resolve_references() {
     if (!id || tag(node) == "ref") continue;
     if (!targets.emplace(id.value(), node).second) refuse(node, "the id is taken");
   }
+  int copied_nodes = 0;
   for (xml_node node = document_.first_child(); node;) {
     const std::string id = node.attribute("id").value();
     const auto target = targets.find(id);
@@ -273,6 +288,10 @@ void SceneFile::resolve_references() {
       refuse(node, above ? "refers to what it stands in" : "nothing has this id");
       node = next_node(node);
       continue;
+    }
+    copied_nodes += size_up_to(target->second, most_copied_nodes);
+    if (copied_nodes >= most_copied_nodes) {
+      throw SceneError(file_.string() + ": its references lead to a million elements");
     }
     xml_node copy = node.parent().insert_copy_before(target->second, node);
     copy.append_attribute(copied);

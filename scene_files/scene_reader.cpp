@@ -77,8 +77,15 @@ std::pair<double, double> depths_in_view(const Scene& scene) {
       const bool is_seen = std::ranges::all_of(inwards, [&](const Vec3& normal) {
         return normal.dot(to_center) > -sphere->radius * normal.length();
       });
+      if (!is_seen) continue;
+      // A ray meets it no closer than its surface is, and no farther than the horizon from outside;
+      // towards a corner of the picture a depth is less than a distance.
+      const double distance = to_center.length();
+      const double gap = std::abs(distance - sphere->radius) / std::sqrt(1.0 + x * x + y * y);
       const double depth = c.forward.dot(to_center);
-      if (is_seen) include(depth - sphere->radius, depth + sphere->radius);
+      const double horizon = distance * distance - sphere->radius * sphere->radius;
+      include(std::max(depth - sphere->radius, gap),
+              horizon > 0.0 ? std::sqrt(horizon) : depth + sphere->radius);
       continue;
     }
     for (const Polygon& face : std::get<Mesh>(shape.geometry)) {
@@ -172,10 +179,10 @@ class Reader {
   }
 
   void check_version(const xml_node& root) {
-    const std::string version = root.attribute("version").value();
-    if (version.empty()) return;  // refused already
-    const char major = version[0];
-    if (major < '0' || major > '3' || (version.size() > 1 && version[1] != '.')) {
+    if (!root.attribute("version")) return;  // refused already
+    const std::string_view version = OIIO::Strutil::strip(root.attribute("version").value());
+    const bool is_known = !version.empty() && version[0] >= '0' && version[0] <= '3';
+    if (!is_known || (version.size() > 1 && version[1] != '.')) {
       file_.refuse(root, "supported: versions 0.x to 3.x");
     }
   }
@@ -396,6 +403,10 @@ class Reader {
       file_.refuse(shape, fmt::format("{} has normals for smooth shading, which is not supported; "
                                       "add {} to draw it flat",
                                       path.string(), flat));
+    } else if (mesh.has_normals && mesh.lacks_normals) {
+      file_.note(shape, fmt::format("drawn flat; {} has normals at some corners alone, without {} "
+                                    "Mitsuba shades by what it has at the others",
+                                    path.string(), flat));
     } else if (!mesh.has_normals && mesh.shares_corners) {
       file_.note(shape, fmt::format("drawn flat; without {} Mitsuba makes up vertex normals and "
                                     "shades smoothly",
@@ -541,10 +552,11 @@ class Reader {
     const auto check = [&](const char* name, double missing, double depth, bool cuts) {
       const xml_node node = parameter(sensor, name);
       if (cuts && node) {
-        file_.refuse(node, fmt::format("cuts what is seen at a depth of {:.6g}", depth));
+        file_.refuse(node, fmt::format("may cut what is seen at a depth of {:.6g}", depth));
       } else if (cuts) {
-        file_.note(sensor, fmt::format("Mitsuba's {} of {} cuts what is seen at a depth of {:.6g}",
-                                       name, missing, depth));
+        file_.note(sensor,
+                   fmt::format("Mitsuba's {} of {} may cut what is seen at a depth of {:.6g}", name,
+                               missing, depth));
       } else if (node) {
         file_.note_no_effect(name);
       }
@@ -558,6 +570,10 @@ class Reader {
     BounceRange& bounces = scene_.request.bounces;
     const xml_node max_depth = parameter(node, "max_depth");
     const double depth = read_number(node, "max_depth", -1.0);  // of edges: 1 is emission alone
+    if (read_number(node, "bsdf_samples", 1.0) == 0.0) {
+      file_.refuse(parameter(node, "bsdf_samples"), "must be at least 1: mirrors show lamps");
+    }
+    if (depth != std::floor(depth)) file_.refuse(max_depth, "must be a whole number");
     if (type_of(node) == "direct") {
       bounces.last = 1;
       file_.note(node, "--bounces 0:1 unless told otherwise");

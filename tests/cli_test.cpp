@@ -5,13 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <thread>
 
 #include "images/image.h"
 
@@ -107,6 +105,27 @@ class CliTest : public testing::Test {
   }
 
   Result plumb(const std::string& arguments) const { return finish(start(arguments)); }
+
+  // Sends the signal once its progress, which it shows on a terminal alone, has these words.
+  Result interrupt(const std::string& arguments, const std::string& words, int signal) const {
+    const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+    EXPECT_GE(terminal, 0);
+    EXPECT_EQ(grantpt(terminal), 0);
+    EXPECT_EQ(unlockpt(terminal), 0);
+    const int terminal_end = open(ptsname(terminal), O_RDWR | O_NOCTTY);
+    const pid_t child = start(arguments, terminal_end);
+    close(terminal_end);
+    std::string shown;
+    char buffer[256];
+    for (ssize_t n = 1; n > 0 && shown.find(words) == std::string::npos;) {
+      n = read(terminal, buffer, sizeof(buffer));
+      shown.append(buffer, size_t(std::max<ssize_t>(n, 0)));
+    }
+    kill(child, signal);
+    Result result = finish(child);
+    close(terminal);
+    return result;
+  }
 
   // Expects success.
   Image render(const std::string& arguments) const {
@@ -301,7 +320,7 @@ std::vector<std::string> rows_of(const std::string& table) {
 TEST_F(CliTest, PowerFindsFaultsAndNothingWhereThereIsNone) {
   const std::string scenes = PLUMB_SCENES;
   const Result result =
-      plumb("power --time 0.2 " + scenes + "/cornell/scene.xml " + scenes + "/seed/scene.xml");
+      plumb("power --time 1 " + scenes + "/cornell/scene.xml " + scenes + "/seed/scene.xml");
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const std::vector<std::string> rows = rows_of(result.out);
   EXPECT_EQ(rows.size(), 30U) << result.out;
@@ -323,7 +342,7 @@ TEST_F(CliTest, PowerFindsFaultsAndNothingWhereThereIsNone) {
 TEST_F(CliTest, PowerTakesAnyScene) {
   render("scene.xml --size 32x32 --spp 4096");
   const Result result =
-      plumb("power scene.xml --reference rendered.exr --time 0.2 --fault half-lamp-area");
+      plumb("power scene.xml --reference rendered.exr --time 1 --fault half-lamp-area");
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const std::vector<std::string> rows = rows_of(result.out);
   ASSERT_EQ(rows.size(), 2U);
@@ -342,23 +361,7 @@ TEST_F(CliTest, UnlitSceneIsBlackWithAWarning) {
 
 TEST_F(CliTest, InterruptSavesWhatIsFinishedWithItsTrueCount) {
   for (const int signal : {SIGINT, SIGTERM}) {
-    // On a terminal the first pass is announced at once.
-    const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
-    if (terminal < 0) GTEST_SKIP() << "no pseudo-terminals here";
-    ASSERT_EQ(grantpt(terminal), 0);
-    ASSERT_EQ(unlockpt(terminal), 0);
-    const int terminal_end = open(ptsname(terminal), O_RDWR | O_NOCTTY);
-    const pid_t child = start("render scene.xml --time 300 -o saved.exr", terminal_end);
-    close(terminal_end);
-    std::string shown;
-    char buffer[256];
-    for (ssize_t n = 1; n > 0 && shown.find(" spp") == std::string::npos;) {
-      n = read(terminal, buffer, sizeof(buffer));
-      shown.append(buffer, size_t(std::max<ssize_t>(n, 0)));
-    }
-    kill(child, signal);
-    const Result result = finish(child);
-    close(terminal);
+    const Result result = interrupt("render scene.xml --time 300 -o saved.exr", " spp", signal);
 
     EXPECT_EQ(result.exit_code, 128 + signal);
     const auto samples = get<std::string>(read_image(folder / "saved.exr"), "samples");
@@ -394,10 +397,8 @@ TEST_F(CliTest, PathsThatNeverEndAreToldWhenTheTimeIsUpOrSomebodyAsks) {
         << late.err;
     EXPECT_NE(late.err.find("there is no picture to save"), std::string::npos) << late.err;
     EXPECT_FALSE(std::filesystem::exists(folder / "never.exr"));
-    const pid_t child = start("render " + scene + " -o never.exr");
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));
-    kill(child, SIGTERM);
-    EXPECT_EQ(finish(child).exit_code, 128 + SIGTERM);
+    EXPECT_EQ(interrupt("render " + scene + " -o never.exr", "first pass", SIGTERM).exit_code,
+              128 + SIGTERM);
     EXPECT_EQ(plumb("render " + scene + " --bounces 0:9 --spp 4 -o never.exr").exit_code, 0);
     std::filesystem::remove(folder / "never.exr");
   }

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scene_files/scene_reader.h"
@@ -152,6 +153,19 @@ TEST_F(SceneFileTest, EndsWhereFilesIncludeThemselves) {
   write("loop.xml", R"(<scene version="3.0.0"><include filename="loop.xml"/></scene>)");
   EXPECT_NE(error_of(R"(<include filename="loop.xml"/>)").find("more than 100 files"),
             std::string::npos);
+}
+
+TEST_F(SceneFileTest, EndsWhereReferencesOrParametersDoubleAndDouble) {
+  std::string bsdfs = R"(<bsdf type="twosided" id="b0"/>)";
+  std::string defaults = R"(<default name="a0" value="xx"/>)";
+  for (int i = 1; i < 40; ++i) {
+    bsdfs += fmt::format(
+        R"(<bsdf type="twosided" id="b{0}"><ref id="b{1}"/><ref id="b{1}"/></bsdf>)", i, i - 1);
+    defaults += fmt::format(R"(<default name="a{0}x" value="$a{1}x$a{1}x"/>)", i, i - 1);
+  }
+  EXPECT_NE(error_of(bsdfs).find("lead to a million elements"), std::string::npos);
+  defaults.replace(defaults.find("a0"), 2, "a0x");
+  EXPECT_NE(error_of(defaults).find("a value of over 10 MB"), std::string::npos);
 }
 
 TEST_F(SceneFileTest, LooksForFilesInTheFoldersOfPath) {
@@ -345,6 +359,8 @@ TEST_F(MeshFileTest, NeedsNoFaceNormalsWhereFacesAreFlat) {
   EXPECT_TRUE(read_file("obj", wedge + "f 1 2 3 4\nf 2 5 6 3\n",
                         R"(<boolean name="face_normals" value="true"/>)")
                   .notes.empty());
+  expect_note(read_file("obj", square + up + "f 1//1 2//1 3//1\nf 1 3 4\n"),
+              "has normals at some corners alone");
   EXPECT_THROW(read_file("obj", square + aslant + "f 1//1 2//1 3//1 4//1\n"), SceneError);
   EXPECT_EQ(mesh(read_file("obj", square + aslant + "f 1//1 2//1 3//1 4//1\n",
                            R"(<boolean name="face_normals" value="true"/>)"))
@@ -367,6 +383,14 @@ TEST_F(MeshFileTest, ReadsPly) {
   ASSERT_EQ(mesh(scene).size(), 1u);
   EXPECT_EQ(mesh(scene)[0].corners[2], Vec3(1, 1, 0));
   EXPECT_TRUE(mesh(scene)[0].is_rectangle());
+  // Numbers that no vertex has, and files that end early.
+  for (const auto& [from, to] :
+       {std::pair("0 1 2 3\n", "0 1 2 900000\n"), std::pair("0 1 2 3\n", "0 1 2 -1\n"),
+        std::pair("4 0 1 2 3\n", ""), std::pair("face 1", "face 2")}) {
+    std::string broken = text;
+    broken.replace(broken.find(from), std::string(from).size(), to);
+    EXPECT_THROW(read_file("ply", broken), SceneError) << to;
+  }
   EXPECT_THROW(read_file("ply", "version https://git-lfs.github.com/spec/v1\n"), SceneError);
 }
 

@@ -199,7 +199,11 @@ class Packet {
 
  public:
   explicit Packet(const TraceJob<T>& job)
-      : scene_(job.scene), settings_(job.settings), estimator_(job), samples_(job) {
+      : scene_(job.scene),
+        settings_(job.settings),
+        gathers_(job.scene.surfaces.count > 128),
+        estimator_(job),
+        samples_(job) {
     radiance_ = throughput_ = V3<D>(R(0));
     ray_ = {V3<D>(R(0)), V3<D>(R(0)), R(0)};
     pdf_ = depth_ = R(0);
@@ -290,9 +294,8 @@ class Packet {
     const D d;
     const hn::RebindToSigned<D> di;
     constexpr int lanes = hn::MaxLanes(d);
-    constexpr int most_without_gather = 128;
     const auto row = hn::ConvertTo(di, max(id, R(0)).v);
-    if (scene_.surfaces.count > most_without_gather) {
+    if (gathers_) {
       return hn::GatherIndex(d, scene_.surfaces.column(column), row);
     }
     const auto index = hn::IndicesFromVec(d, hn::And(row, hn::Set(di, lanes - 1)));
@@ -376,7 +379,8 @@ class Packet {
       const Bool<D> chosen = is_last ? left : left & (sample.u < R(lamp.choice_end));
       left = left & !chosen;
       if (!chosen.any()) continue;
-      const R u = min((sample.u - R(lamp.choice_begin)) / R(lamp.probability), R(1));
+      // Rounding may make it a little more than 1, which does the maps no harm.
+      const R u = (sample.u - R(lamp.choice_begin)) / R(lamp.probability);
       send_light(lamp, chosen, estimator_.sample_lamp(lamp, vertex_.point, u, sample.v));
     }
   }
@@ -419,6 +423,7 @@ class Packet {
 
   const PackedScene<T>& scene_;
   const Settings& settings_;
+  const bool gathers_;  // what a table of many surfaces holds
   Estimator estimator_;
   LaneSamples<D> samples_;
   SampleIndex<D> index_;
