@@ -60,21 +60,6 @@ Vec3 nearest(const std::vector<Vec3>& corners, const Vec3& normal, const Vec3& p
   return is_inside ? p - (p - corners[0]).dot(normal) * normal : best;
 }
 
-// What of the polygon is more than `height` above the plane through `origin`.
-std::vector<Vec3> part_above(const std::vector<Vec3>& corners, const Vec3& origin,
-                             const Vec3& normal, double height) {
-  std::vector<Vec3> part;
-  for (size_t i = 0; i < corners.size(); ++i) {
-    const Vec3& a = corners[i];
-    const Vec3& b = corners[(i + 1) % corners.size()];
-    const double at_a = (a - origin).dot(normal) - height;
-    const double at_b = (b - origin).dot(normal) - height;
-    if (at_a > 0.0) part.push_back(a);
-    if ((at_a > 0.0) != (at_b > 0.0)) part.push_back(a + at_a / (at_a - at_b) * (b - a));
-  }
-  return part;
-}
-
 // A polygon or sphere of a lamp, from which distances to what it shines on are measured.
 struct LampPart {
   std::vector<Vec3> corners;  // none: a sphere
@@ -111,7 +96,7 @@ struct LampPart {
     }
     // What is all but in the lamp's plane gets no light.
     const std::vector<Vec3> lit =
-        part_above(polygon.corners, corners[0], normal, least_height * bounds.radius);
+        part_beyond(polygon.corners, normal, corners[0].dot(normal) + least_height * bounds.radius);
     if (lit.size() < 3) return far;
     // Projections on one and the other in turns lead to the two points that are nearest.
     Vec3 here = bounds.center;

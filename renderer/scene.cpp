@@ -28,6 +28,19 @@ bool Polygon::is_rectangle() const {
   return std::abs(x.dot(y)) <= rounding;
 }
 
+std::vector<Vec3> part_beyond(const std::vector<Vec3>& corners, const Vec3& normal, double offset) {
+  std::vector<Vec3> part;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Vec3& a = corners[i];
+    const Vec3& b = corners[(i + 1) % corners.size()];
+    const double at_a = normal.dot(a) - offset;
+    const double at_b = normal.dot(b) - offset;
+    if (at_a > 0.0) part.push_back(a);
+    if ((at_a > 0.0) != (at_b > 0.0)) part.push_back(a + (b - a) * (at_a / (at_a - at_b)));
+  }
+  return part;
+}
+
 double Camera::half_width() const {
   const double tangent = std::tan(fov_degrees * std::numbers::pi / 360.0);
   const double w = width;

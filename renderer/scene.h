@@ -35,6 +35,10 @@ struct Polygon {
   static constexpr double rounding = 1e-9;
 };
 
+// What of a convex polygon lies where dot(normal, p) > offset: corners in the same order, perhaps
+// none.
+std::vector<Vec3> part_beyond(const std::vector<Vec3>& corners, const Vec3& normal, double offset);
+
 struct Sphere {
   Vec3 center;
   double radius;

@@ -45,20 +45,6 @@ std::string scene_name(const std::filesystem::path& file) {
   return (is_named_by_folder ? folder.filename() : file.stem()).string();
 }
 
-// The part of a convex polygon in front of a plane through the origin or beyond: where
-// dot(normal, p) > offset.
-std::vector<Vec3> clip(const std::vector<Vec3>& corners, const Vec3& normal, double offset) {
-  std::vector<Vec3> kept;
-  for (size_t i = 0; i < corners.size(); ++i) {
-    const Vec3& a = corners[i];
-    const Vec3& b = corners[(i + 1) % corners.size()];
-    const double from = normal.dot(a) - offset, to = normal.dot(b) - offset;
-    if (from > 0.0) kept.push_back(a);
-    if ((from > 0.0) != (to > 0.0)) kept.push_back(a + (b - a) * (from / (from - to)));
-  }
-  return kept;
-}
-
 // The nearest and the farthest that the camera could see of the scene, along its axis; of spheres
 // what is on the safe side.
 std::pair<double, double> depths_in_view(const Scene& scene) {
@@ -91,7 +77,7 @@ std::pair<double, double> depths_in_view(const Scene& scene) {
     for (const Polygon& face : std::get<Mesh>(shape.geometry)) {
       std::vector<Vec3> corners = face.corners;
       for (Vec3& corner : corners) corner -= c.origin;
-      for (const Vec3& normal : inwards) corners = clip(corners, normal, 0.0);
+      for (const Vec3& normal : inwards) corners = part_beyond(corners, normal, 0.0);
       for (const Vec3& corner : corners) include(c.forward.dot(corner), c.forward.dot(corner));
     }
   }

@@ -94,7 +94,7 @@ INSTANTIATE_TEST_SUITE_P(All, FilterTest,
                                          Named{"wide_tent", {Filter::Kind::tent, 2.5}},
                                          Named{"gaussian", {Filter::Kind::gaussian, 0.5}},
                                          Named{"narrow_gaussian", {Filter::Kind::gaussian, 0.2}}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& test) { return test.param.name; });
 
 }  // namespace
 }  // namespace plumb::test

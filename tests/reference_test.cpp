@@ -1,8 +1,10 @@
 // Pictures by other programs. Those that are installed draw the Cornell box for real.
 #include "reference_scenes/reference.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -99,10 +101,14 @@ class FakeProgram {
   std::string old_path_;
 };
 
+// Tests run beside each other.
+fs::path fake_log() {
+  return fs::temp_directory_path() / fmt::format("plumb_fake_{}.log", getpid());
+}
+
 std::string complaint_of(const ReferenceSettings& settings) {
   try {
-    render_reference(small_cornell(), cornell, settings,
-                     fs::temp_directory_path() / "plumb_fake.log",
+    render_reference(small_cornell(), cornell, settings, fake_log(),
                      {[](const std::string&) {}, never});
     return "";
   } catch (const std::exception& error) {
@@ -202,8 +208,8 @@ TEST(Reference, AFailureNamesWhatTheProgramSaidLastAndItsLog) {
   const std::string complaint = complaint_of({.program = Program::cycles});
   EXPECT_NE(complaint.find("out of luck"), std::string::npos) << complaint;
   EXPECT_NE(complaint.find("exit status 7"), std::string::npos) << complaint;
-  EXPECT_NE(complaint.find("plumb_fake.log"), std::string::npos) << complaint;
-  EXPECT_TRUE(fs::exists(fs::temp_directory_path() / "plumb_fake.log"));
+  EXPECT_NE(complaint.find(fake_log().string()), std::string::npos) << complaint;
+  EXPECT_TRUE(fs::exists(fake_log()));
 }
 
 TEST(Reference, AFailureShowsTheLineThatNamesTheError) {
