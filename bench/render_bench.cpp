@@ -20,8 +20,8 @@
 #include "reference_scenes/reference.h"
 #include "renderer/film.h"
 #include "renderer/render.h"
-#include "scene_files/scene_reader.h"
 #include "renderer/trace.h"
+#include "scene_files/scene_reader.h"
 
 namespace plumb {
 namespace {
