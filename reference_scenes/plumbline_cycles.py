@@ -188,8 +188,8 @@ class Builder:
         """An area light, because meshes that emit are up to a percent too dark at grazing angles.
 
         The camera does not see area lights, and light passes through them. So a copy for the
-        camera alone is a little before it, where a lamp that reflects is not lit by its own
-        light, and what stops light a little behind.
+        camera alone is in the same place, and what stops light a little behind. The copy of a lamp
+        that reflects is a little before it, where it is not lit by its own light.
         """
         x, y = corners[1] - corners[0], corners[3] - corners[0]
         normal = x.cross(y).normalized()
@@ -205,8 +205,9 @@ class Builder:
         self.add(shape.name, light).matrix_world = placed(
             (corners[0] + corners[2]) / 2.0, x.normalized(), -y.normalized(), -normal)
 
+        gap = self.gap if shape.mirror or any(shape.diffuse) else 0.0
         front = self.mesh(shape._replace(
-            polygons=[[corner + self.gap * normal for corner in corners]]))
+            polygons=[[corner + gap * normal for corner in corners]]))
         for ray in ("diffuse", "glossy", "transmission", "volume_scatter", "shadow"):
             setattr(front, f"visible_{ray}", False)
         self.emission_sampling(front, False)
