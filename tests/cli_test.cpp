@@ -106,6 +106,12 @@ class CliTest : public testing::Test {
 
   Result plumb(const std::string& arguments) const { return finish(start(arguments)); }
 
+  static bool has_terminals() {
+    const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+    if (terminal >= 0) close(terminal);
+    return terminal >= 0;
+  }
+
   // Sends the signal once its progress, which it shows on a terminal alone, has these words.
   Result interrupt(const std::string& arguments, const std::string& words, int signal) const {
     const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
@@ -360,6 +366,7 @@ TEST_F(CliTest, UnlitSceneIsBlackWithAWarning) {
 }
 
 TEST_F(CliTest, InterruptSavesWhatIsFinishedWithItsTrueCount) {
+  if (!has_terminals()) GTEST_SKIP() << "no pseudo-terminals here";
   for (const int signal : {SIGINT, SIGTERM}) {
     const Result result = interrupt("render scene.xml --time 300 -o saved.exr", " spp", signal);
 
@@ -373,6 +380,7 @@ TEST_F(CliTest, InterruptSavesWhatIsFinishedWithItsTrueCount) {
 
 // A room in which everything reflects everything, and a room of perfect mirrors.
 TEST_F(CliTest, PathsThatNeverEndAreToldWhenTheTimeIsUpOrSomebodyAsks) {
+  if (!has_terminals()) GTEST_SKIP() << "no pseudo-terminals here";
   const auto room =
       [&](const std::string& name, const std::string& bsdf, const std::string& lamp) {
         std::ofstream(folder / name)
