@@ -18,8 +18,8 @@ using OIIO::Strutil::splits;
 // What an element holds, for each type where there are types: attributes with an @, parameters such
 // as <float name="fov" value="40"/> as `float fov`, other elements by their tags. A `color` is an
 // rgb, a spectrum or a number; a `float` may be written as an integer. `!` means one, `*` any
-// number, neither at most one; `~` has no effect. `|` separates alternatives and, after `=`,
-// values.
+// number, neither at most one. `|` separates alternatives and, after `=`, values. `~` has no
+// effect, which is noted but for these values.
 const std::string integrator =
     "integer rr_depth~, boolean hide_emitters=false, boolean strict_normals~";
 const std::string film =
