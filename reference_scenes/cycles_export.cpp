@@ -1,14 +1,11 @@
 #include <fmt/format.h>
 
-#include <array>
 #include <string>
 
 #include "reference_scenes/exporters.h"
 
 namespace plumb {
 namespace {
-
-constexpr std::array fov_axes{"x", "y", "diagonal", "smaller", "larger"};  // as in Camera::FovAxis
 
 std::string tuple(const Vec3& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
 
@@ -19,7 +16,7 @@ std::string camera_text(const Camera& c) {
         fov={}, fov_axis="{}", width={}, height={}{}),
 )",
                      tuple(c.origin), tuple(c.forward), tuple(c.right), tuple(c.up), c.fov_degrees,
-                     fov_axes.at(static_cast<size_t>(c.fov_axis)), c.width, c.height,
+                     Camera::fov_axis_names[size_t(c.fov_axis)], c.width, c.height,
                      filter == 0.0 ? "" : fmt::format(", gaussian_width={}", filter));
 }
 

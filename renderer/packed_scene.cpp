@@ -8,6 +8,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "renderer/surfaces.h"
+
 namespace plumb {
 namespace {
 
@@ -62,13 +64,10 @@ bool is_convex_solid(const Mesh& mesh) {
   return std::ranges::all_of(edges, has_opposite) && std::ranges::all_of(mesh, is_below);
 }
 
-// One flat face or one sphere of a shape, in the normalised space.
-struct Surface {
-  const Shape* shape;
-  std::variant<Polygon, Sphere> geometry;
+// A surface in the normalised space, and how rays are tested against it.
+struct PlacedSurface : Surface {
   bool of_solid = false;
   bool of_tree = false;
-  Vec3 normal{0.0};  // of a flat face
 };
 
 // Meshes of more faces are tested by way of a tree, which costs more for smaller ones; a face of a
@@ -76,47 +75,40 @@ struct Surface {
 constexpr size_t most_faces_without_tree = 32;
 constexpr size_t most_faces_of_solid = 128;
 
-// What lamps are sampled by: rectangles and triangles.
-Mesh lamp_parts(const Polygon& face) {
-  const auto& c = face.corners;
-  if (c.size() == 3 || face.is_rectangle()) return {face};
-  return {{{c[0], c[1], c[2]}}, {{c[0], c[2], c[3]}}};
-}
-
-std::vector<Surface> list_surfaces(const Scene& scene, const Vec3& middle, double scale) {
-  std::vector<Surface> surfaces;
-  for (const Shape& shape : scene.shapes) {
-    if (const auto* sphere = std::get_if<Sphere>(&shape.geometry)) {
-      surfaces.push_back(
-          {&shape, Sphere{(sphere->center - middle) * scale, sphere->radius * scale}});
-      continue;
+std::vector<PlacedSurface> place_surfaces(const Scene& scene, const Vec3& middle, double scale) {
+  std::vector<PlacedSurface> placed;
+  for (Surface& surface : list_surfaces(scene)) {
+    const auto* mesh = std::get_if<Mesh>(&surface.shape->geometry);
+    const bool is_first = placed.empty() || placed.back().shape != surface.shape;
+    const bool is_solid = is_first
+                              ? mesh != nullptr && !surface.shape->is_lamp() &&
+                                    mesh->size() <= most_faces_of_solid && is_convex_solid(*mesh)
+                              : placed.back().of_solid;
+    const bool is_large = mesh != nullptr && !is_solid && mesh->size() > most_faces_without_tree;
+    if (auto* polygon = std::get_if<Polygon>(&surface.geometry)) {
+      for (Vec3& corner : polygon->corners) corner = (corner - middle) * scale;
+      surface.flat_normal = polygon->normal();
+    } else {
+      auto& sphere = std::get<Sphere>(surface.geometry);
+      sphere = {(sphere.center - middle) * scale, sphere.radius * scale};
     }
-    const auto& mesh = std::get<Mesh>(shape.geometry);
-    const bool is_solid =
-        !shape.is_lamp() && mesh.size() <= most_faces_of_solid && is_convex_solid(mesh);
-    const bool is_large = !is_solid && mesh.size() > most_faces_without_tree;
-    for (Polygon face : mesh) {
-      for (Vec3& corner : face.corners) corner = (corner - middle) * scale;
-      for (const Polygon& part : shape.is_lamp() ? lamp_parts(face) : Mesh{face}) {
-        surfaces.push_back({&shape, part, is_solid, is_large, part.normal()});
-      }
-    }
+    placed.push_back({std::move(surface), is_solid, is_large});
   }
-  return surfaces;
+  return placed;
 }
 
 // Whether no part of the scene lies on one of the polygon's sides.
-bool bounds_the_scene(const Surface& wall, const std::vector<Surface>& surfaces) {
-  const Vec3& normal = wall.normal;
+bool bounds_the_scene(const PlacedSurface& wall, const std::vector<PlacedSurface>& surfaces) {
+  const Vec3& normal = wall.flat_normal;
   const auto& polygon = std::get<Polygon>(wall.geometry);
   double lowest = 0.0;
   double highest = 0.0;
   const auto include = [&](const Vec3& point, double radius) {
-    const double height = normal.dot(point - polygon.corners[0]);
-    lowest = std::min(lowest, height - radius);
-    highest = std::max(highest, height + radius);
+    const double distance = normal.dot(point - polygon.corners[0]);
+    lowest = std::min(lowest, distance - radius);
+    highest = std::max(highest, distance + radius);
   };
-  for (const Surface& surface : surfaces) {
+  for (const PlacedSurface& surface : surfaces) {
     if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
       include(sphere->center, sphere->radius);
     } else {
@@ -128,10 +120,10 @@ bool bounds_the_scene(const Surface& wall, const std::vector<Surface>& surfaces)
 
 // For each surface, the first one that lies in its plane, be it itself. Planes that are the same
 // have the same normals but for rounding, whose x tells quickly that most are not.
-std::vector<int> first_coplanar(const std::vector<Surface>& surfaces) {
+std::vector<int> first_coplanar(const std::vector<PlacedSurface>& surfaces) {
   std::vector<std::pair<double, size_t>> by_normal;
   for (size_t i = 0; i < surfaces.size(); ++i) {
-    by_normal.emplace_back(std::abs(surfaces[i].normal.x), i);
+    by_normal.emplace_back(std::abs(surfaces[i].flat_normal.x), i);
   }
   std::ranges::sort(by_normal);
   std::vector<int> first;
@@ -141,15 +133,15 @@ std::vector<int> first_coplanar(const std::vector<Surface>& surfaces) {
     if (polygon == nullptr) continue;
     const auto& c = polygon->corners;
     const double size = std::min((c[1] - c[0]).length(), (c[2] - c[1]).length());
-    const double x = std::abs(surfaces[i].normal.x);
+    const double x = std::abs(surfaces[i].flat_normal.x);
     const double rounding = std::max(1e-4, 4.0 * Polygon::rounding / size);
     for (auto near = std::ranges::lower_bound(by_normal, std::pair(x - rounding, size_t{0}));
          near != by_normal.end() && near->first <= x + rounding; ++near) {
-      const Surface& other = surfaces[near->second];
+      const PlacedSurface& other = surfaces[near->second];
       const auto* flat = std::get_if<Polygon>(&other.geometry);
       if (flat == nullptr || static_cast<int>(near->second) >= first[i]) continue;
       const bool is_coplanar = std::ranges::all_of(c, [&](const Vec3& corner) {
-        return std::abs(other.normal.dot(corner - flat->corners[0])) <= Polygon::rounding;
+        return std::abs(other.flat_normal.dot(corner - flat->corners[0])) <= Polygon::rounding;
       });
       if (is_coplanar) first[i] = static_cast<int>(near->second);
     }
@@ -191,7 +183,7 @@ PackedPolygon<T> pack_polygon(const Polygon& polygon, double growth, T id) {
 }
 
 template <typename T>
-void add_surface(const Surface& surface, bool starts_solid, double growth, T id, T plane,
+void add_surface(const PlacedSurface& surface, bool starts_solid, double growth, T id, T plane,
                  PackedShapes<T>& shapes) {
   if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
     shapes.spheres.push_back({pack<T>(sphere->center), static_cast<T>(sphere->radius), id});
@@ -218,13 +210,13 @@ void add_surface(const Surface& surface, bool starts_solid, double growth, T id,
 // The box of all points that the grown polygon's edges leave inside: its corners move outwards by
 // more where they are sharp. Twice the growth more covers what rounding adds to a hit point and to
 // the test of the box.
-Imath::Box3d grown_bounds(const Surface& surface, double growth) {
+Imath::Box3d grown_bounds(const PlacedSurface& surface, double growth) {
   const auto& c = std::get<Polygon>(surface.geometry).corners;
   Imath::Box3d box;
   for (size_t i = 0; i < c.size(); ++i) {
     const Vec3& corner = c[(i + 1) % c.size()];
-    const Vec3 before = (corner - c[i]).cross(surface.normal).normalized();
-    const Vec3 after = (c[(i + 2) % c.size()] - corner).cross(surface.normal).normalized();
+    const Vec3 before = (corner - c[i]).cross(surface.flat_normal).normalized();
+    const Vec3 after = (c[(i + 2) % c.size()] - corner).cross(surface.flat_normal).normalized();
     box.extendBy(corner + (before + after) * (growth / std::max(1.0 + before.dot(after), 1e-9)));
   }
   return {box.min - Vec3(2.0 * growth), box.max + Vec3(2.0 * growth)};
@@ -234,7 +226,7 @@ Imath::Box3d grown_bounds(const Surface& surface, double growth) {
 template <typename T>
 class TreeBuilder {
  public:
-  TreeBuilder(const std::vector<Surface>& surfaces, double growth, PackedTree<T>& tree)
+  TreeBuilder(const std::vector<PlacedSurface>& surfaces, double growth, PackedTree<T>& tree)
       : tree_(tree), left_(tree.faces) {
     for (const auto& face : left_) {
       boxes_.push_back(grown_bounds(surfaces[static_cast<size_t>(face.id)], growth));
@@ -282,7 +274,7 @@ class TreeBuilder {
 };
 
 template <typename T>
-PackedLamp<T> pack_lamp(const Surface& surface, T id, T plane) {
+PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane) {
   PackedLamp<T> lamp{};
   lamp.id = id;
   lamp.plane = plane;
@@ -298,7 +290,7 @@ PackedLamp<T> pack_lamp(const Surface& surface, T id, T plane) {
   const Vec3 x = polygon.corners[1] - polygon.corners[0];
   const Vec3 y = polygon.corners.back() - polygon.corners[0];
   lamp.corner = pack<T>(polygon.corners[0]);
-  lamp.normal = pack<T>(surface.normal);
+  lamp.normal = pack<T>(surface.flat_normal);
   if (polygon.corners.size() == 3) {
     lamp.kind = PackedLamp<T>::Kind::triangle;
     lamp.x = pack<T>(x);
@@ -315,12 +307,14 @@ PackedLamp<T> pack_lamp(const Surface& surface, T id, T plane) {
   return lamp;
 }
 
-// A lamp is chosen in proportion to its power.
+// A lamp is chosen in proportion to its power. A share of the unit interval that is smaller than
+// `rare` holds too few of the sampler's numbers to sample the lamp's points by them.
 template <typename T>
 void choose_by_power(std::vector<PackedLamp<T>>& lamps) {
   const auto power = [](const PackedLamp<T>& lamp) {
     return double{lamp.area} * (double{lamp.radiance.x} + lamp.radiance.y + lamp.radiance.z);
   };
+  constexpr double rare = 1.0 / 256.0;
   const double total = std::transform_reduce(lamps.begin(), lamps.end(), 0.0, std::plus{}, power);
   double begin = 0.0;
   for (PackedLamp<T>& lamp : lamps) {
@@ -328,6 +322,7 @@ void choose_by_power(std::vector<PackedLamp<T>>& lamps) {
     lamp.probability = static_cast<T>(power(lamp) / total);
     begin += power(lamp) / total;
     lamp.choice_end = static_cast<T>(begin);
+    if (lamp.probability < rare) lamp.jitter = unit_interval_step<T>;
   }
 }
 
@@ -343,7 +338,8 @@ double inner_radius(const Polygon& polygon, const Vec3& middle) {
 }
 
 template <typename T>
-void set_row(SurfaceTable<T>& table, int id, int plane, const Surface& surface, double growth) {
+void set_row(SurfaceTable<T>& table, int id, int plane, const PlacedSurface& surface,
+             double growth) {
   using Table = SurfaceTable<T>;
   const auto set = [&](int column, double value) {
     table.column(column)[id] = static_cast<T>(value);
@@ -371,13 +367,6 @@ void set_row(SurfaceTable<T>& table, int id, int plane, const Surface& surface, 
   set(Table::scale, 1.0 - std::min(0.5, 4.0 * growth / inner_radius(polygon, middle)));
 }
 
-// A filter's weight at a distance from the pixel's middle, in pixels.
-double filter_weight(const Filter& filter, double distance) {
-  const double x = distance / filter.size;
-  if (filter.kind == Filter::Kind::tent) return std::max(0.0, 1.0 - x);
-  return std::max(0.0, std::exp(-x * x / 2.0) - std::exp(-8.0));  // 0 at four deviations
-}
-
 template <typename T>
 PackedFilter<T> pack_filter(const Filter& filter) {
   PackedFilter<T> packed;
@@ -389,7 +378,7 @@ PackedFilter<T> pack_filter(const Filter& filter) {
   const double step = 2.0 * filter.radius() / steps;
   const auto position = [&](double i) { return i * step - filter.radius(); };
   for (int i = 0; i < steps; ++i) {
-    sums.push_back(sums.back() + filter_weight(filter, std::abs(position(i + 0.5))));
+    sums.push_back(sums.back() + filter.weight(position(i + 0.5)));
   }
   for (int share = 0, i = 0; share <= shares; ++share) {
     const double sum = sums.back() * share / shares;
@@ -439,13 +428,13 @@ PackedScene<T>::PackedScene(const Scene& scene) {
   const double reach = std::max(1.0, ((scene.camera.origin - middle) * scale).length());
   const double growth = rounding_errors * reach * std::numeric_limits<T>::epsilon() / 2.0;
 
-  const std::vector<Surface> list = list_surfaces(scene, middle, scale);
+  const std::vector<PlacedSurface> list = place_surfaces(scene, middle, scale);
   surfaces.count = static_cast<int>(list.size());
   surfaces.stride = static_cast<int>((list.size() / 64 + 1) * 64);
   surfaces.values.assign(size_t{SurfaceTable<T>::columns} * size_t(surfaces.stride), T{0});
   const std::vector<int> planes = first_coplanar(list);
   for (int i = 0; i < static_cast<int>(list.size()); ++i) {
-    const Surface& surface = list[size_t(i)];
+    const PlacedSurface& surface = list[size_t(i)];
     const T id = static_cast<T>(i);
     const int first = planes[size_t(i)];
     const T plane = static_cast<T>(first);

@@ -7,8 +7,8 @@
 // Rounding can't open the joint between two surfaces: flat ones are grown at their edges by a bound
 // on the error of a hit point, so that no ray gets through between them, and hit points are drawn
 // towards the middle of their surface by four times as much, so that none lies beyond a joint. A
-// path never hits the flat surface that it leaves, nor another one in the same plane, because these
-// are not tested.
+// path never hits the flat surface on which it starts, nor another one in the same plane, because
+// these are not tested.
 #pragma once
 
 #include <vector>
@@ -22,7 +22,7 @@ struct PackedVec3 {
   T x, y, z;
 };
 
-// The height of a point p above a plane is dot(normal, p) + offset.
+// The signed distance of a point p from a plane is dot(normal, p) + offset.
 template <typename T>
 struct Plane {
   PackedVec3<T> normal;
@@ -30,7 +30,7 @@ struct Plane {
   T id = -2;  // of the first surface that lies in it, whichever side it faces
 };
 
-// A point of the plane is inside where its height above both slabs is from -1 to 1.
+// A point of the plane is inside where its signed distances from both slabs are from -1 to 1.
 template <typename T>
 struct PackedParallelogram {
   Plane<T> plane;
@@ -38,8 +38,8 @@ struct PackedParallelogram {
   T id;
 };
 
-// A point of the plane is inside where its height above no edge is positive. A triangle repeats its
-// last edge.
+// A point of the plane is inside where its signed distance from no edge is positive. A triangle
+// repeats its last edge.
 template <typename T>
 struct PackedPolygon {
   Plane<T> plane;
@@ -54,7 +54,7 @@ struct PackedSphere {
   T id;
 };
 
-// A closed convex mesh: the points that are above none of its faces.
+// A closed convex mesh: the points whose signed distance from none of its faces is positive.
 template <typename T>
 struct PackedSolid {
   struct Face {
@@ -89,6 +89,10 @@ struct PackedShapes {
   PackedTree<T> tree;
 };
 
+// The samplers' numbers from 0 to 1 are multiples of this.
+template <typename T>
+constexpr T unit_interval_step = sizeof(T) == sizeof(float) ? T{0x1p-24f} : T{0x1p-31f};
+
 // An emitting surface. A rectangle has unit vectors x, y along its sides from a corner; a triangle
 // has the corners corner, corner + x, corner + y.
 template <typename T>
@@ -101,6 +105,7 @@ struct PackedLamp {
   T choice_begin;  // the lamp is chosen for u in [choice_begin, choice_end)
   T choice_end;
   T probability;
+  T jitter;  // how far apart the sampler's numbers are, where its share has too few of them; else 0
   PackedVec3<T> corner;  // the centre of a sphere
   PackedVec3<T> x;
   PackedVec3<T> y;

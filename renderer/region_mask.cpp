@@ -5,101 +5,28 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <set>
 #include <string>
-#include <utility>
-#include <variant>
+
+#include "renderer/surfaces.h"
 
 namespace plumb {
 namespace {
 
 constexpr int steps = 4;  // across a pixel or a lamp
-constexpr double miss = std::numeric_limits<double>::infinity();
 
 // Of a ray's length: closer than this to its ends nothing is hit.
 constexpr double margin = 1e-7;
 
-struct Ray {
-  Vec3 origin;
-  Vec3 direction;
-
-  Vec3 at(double distance) const { return origin + direction * distance; }
-};
-
-// One flat face or one sphere of a shape.
-struct Face {
-  const Shape* shape;
-  std::variant<Polygon, Sphere> geometry;
-  Vec3 flat_normal;
-
-  Vec3 normal(const Vec3& point) const {
-    const auto* sphere = std::get_if<Sphere>(&geometry);
-    return sphere == nullptr ? flat_normal : (point - sphere->center).normalized();
-  }
-
-  // In lengths of the ray's direction.
-  double distance(const Ray& ray) const {
-    const auto* sphere = std::get_if<Sphere>(&geometry);
-    return sphere == nullptr ? distance(ray, std::get<Polygon>(geometry)) : distance(ray, *sphere);
-  }
-
- private:
-  double distance(const Ray& ray, const Polygon& polygon) const {
-    const std::vector<Vec3>& corners = polygon.corners;
-    const double t = (corners[0] - ray.origin).dot(flat_normal) / ray.direction.dot(flat_normal);
-    if (!(t > margin)) return miss;
-    for (size_t i = 0; i < corners.size(); ++i) {
-      const Vec3 edge = corners[(i + 1) % corners.size()] - corners[i];
-      if (edge.cross(ray.at(t) - corners[i]).dot(flat_normal) < 0.0) return miss;
-    }
-    return t;
-  }
-
-  static double distance(const Ray& ray, const Sphere& sphere) {
-    const Vec3 offset = ray.origin - sphere.center;
-    const double a = ray.direction.length2();
-    const double b = offset.dot(ray.direction);
-    const double discriminant = b * b - a * (offset.length2() - sphere.radius * sphere.radius);
-    if (discriminant < 0.0) return miss;
-    const double root = std::sqrt(discriminant);
-    if (-b - root > margin * a) return (-b - root) / a;
-    return -b + root > margin * a ? (-b + root) / a : miss;
-  }
-};
-
-std::vector<Face> list_faces(const Scene& scene) {
-  std::vector<Face> faces;
-  for (const Shape& shape : scene.shapes) {
-    if (const auto* sphere = std::get_if<Sphere>(&shape.geometry)) {
-      faces.push_back({&shape, *sphere, Vec3(0.0)});
-      continue;
-    }
-    for (const Polygon& polygon : std::get<Mesh>(shape.geometry)) {
-      faces.push_back({&shape, polygon, polygon.normal()});
-    }
-  }
-  return faces;
-}
-
-std::pair<const Face*, double> first_hit(const std::vector<Face>& faces, const Ray& ray) {
-  std::pair<const Face*, double> nearest{nullptr, miss};
-  for (const Face& face : faces) {
-    const double distance = face.distance(ray);
-    if (distance < nearest.second) nearest = {&face, distance};
-  }
-  return nearest;
-}
-
-// A point of the lamp: of its rectangle, or of the disc that a sphere shows to `point`.
-Vec3 lamp_point(const Face& lamp, const Vec3& point, double u, double v) {
-  if (const auto* polygon = std::get_if<Polygon>(&lamp.geometry)) {
+// A point of the lamp: of its rectangle or triangle, or of the disc that a sphere shows to `point`.
+Vec3 lamp_point(const Surface& lamp, const Vec3& point, double u, double v) {
+  if (const Polygon* polygon = lamp.polygon()) {
     const std::vector<Vec3>& c = polygon->corners;
-    return c[0] + (c[1] - c[0]) * u + (c[3] - c[0]) * v;
+    return c[0] + (c[1] - c[0]) * (c.size() == 3 ? u * (1.0 - v) : u) + (c.back() - c[0]) * v;
   }
-  const auto& sphere = std::get<Sphere>(lamp.geometry);
+  const Sphere& sphere = *lamp.sphere();
   const Vec3 axis = (point - sphere.center).normalized();
   const Vec3 side = axis.cross(std::abs(axis.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0)).normalized();
   const double angle = u * 2.0 * std::numbers::pi;
@@ -107,34 +34,34 @@ Vec3 lamp_point(const Face& lamp, const Vec3& point, double u, double v) {
   return sphere.center + radial * (v * sphere.radius) + axis * sphere.radius * 1.01;
 }
 
-// Which of a shape's sides a face is for one who looks through the camera.
-std::string side(const Face& face, const Camera& camera) {
-  if (std::holds_alternative<Sphere>(face.geometry)) return "";
-  const double x = face.flat_normal.dot(camera.right);
-  const double y = face.flat_normal.dot(camera.up);
-  const double z = face.flat_normal.dot(camera.forward);
+// Which of a shape's sides a surface is for one who looks through the camera.
+std::string side(const Surface& surface, const Camera& camera) {
+  if (surface.sphere() != nullptr) return "";
+  const double x = surface.flat_normal.dot(camera.right);
+  const double y = surface.flat_normal.dot(camera.up);
+  const double z = surface.flat_normal.dot(camera.forward);
   if (std::abs(z) >= std::max(std::abs(x), std::abs(y))) return z < 0.0 ? "front" : "back";
   if (std::abs(x) >= std::abs(y)) return x < 0.0 ? "left" : "right";
   return y < 0.0 ? "bottom" : "top";
 }
 
 // "lit", "penumbra" or "umbra"; nothing for a lamp.
-std::string shadow(const std::vector<Face>& faces, const Face& face, const Ray& ray,
+std::string shadow(const std::vector<Surface>& surfaces, const Surface& surface, const Ray& ray,
                    const Vec3& point) {
-  if (face.shape->is_lamp()) return "";
-  const Vec3 normal = face.normal(point);
+  if (surface.shape->is_lamp()) return "";
+  const Vec3 normal = surface.normal(point);
   const double sign = normal.dot(ray.direction) < 0.0 ? 1.0 : -1.0;
   bool is_lit = false;
   bool is_shaded = false;
-  for (const Face& lamp : faces) {
+  for (const Surface& lamp : surfaces) {
     if (!lamp.shape->is_lamp()) continue;
     for (int i = 0; i <= steps; ++i) {
       for (int j = 0; j <= steps; ++j) {
         const Vec3 goal = lamp_point(lamp, point, i / double{steps}, j / double{steps});
         const Ray shadow_ray{point, goal - point};
+        if (lamp.normal(goal).dot(shadow_ray.direction) >= 0.0) continue;  // shines elsewhere
         const bool is_seen = sign * normal.dot(shadow_ray.direction) > 0.0 &&
-                             lamp.normal(goal).dot(shadow_ray.direction) < 0.0 &&
-                             first_hit(faces, shadow_ray).second > 1.0 - margin;
+                             find_nearest(surfaces, shadow_ray, margin).second > 1.0 - margin;
         (is_seen ? is_lit : is_shaded) = true;
         if (is_lit && is_shaded) return "penumbra";
       }
@@ -146,8 +73,8 @@ std::string shadow(const std::vector<Face>& faces, const Face& face, const Ray& 
 class RegionFinder {
  public:
   RegionFinder(const Scene& scene, RegionKind kind)
-      : camera_(scene.camera), kind_(kind), faces_(list_faces(scene)) {
-    for (const Face& face : faces_) sides_[face.shape].insert(side(face, camera_));
+      : camera_(scene.camera), kind_(kind), surfaces_(list_surfaces(scene)) {
+    for (const Surface& surface : surfaces_) sides_[surface.shape].insert(side(surface, camera_));
   }
 
   // The name of the region that the pixel is in, or nothing.
@@ -163,21 +90,18 @@ class RegionFinder {
 
  private:
   std::string at(double x, double y) const {
-    const double half = camera_.half_width();
-    const double pixel = 2.0 * half / camera_.width;
-    const Ray ray{camera_.origin, camera_.forward + camera_.right * (x * pixel - half) +
-                                      camera_.up * (0.5 * camera_.height * pixel - y * pixel)};
-    const auto [face, distance] = first_hit(faces_, ray);
-    if (face == nullptr) return "";
-    if (kind_ == RegionKind::shadow) return shadow(faces_, *face, ray, ray.at(distance));
-    const bool has_sides = kind_ == RegionKind::side && sides_.at(face->shape).size() > 1;
-    if (!has_sides) return face->shape->id;
-    return fmt::format("{} {}", face->shape->id, side(*face, camera_));
+    const Ray ray{camera_.origin, camera_.direction(x, y)};
+    const auto [surface, distance] = find_nearest(surfaces_, ray, margin);
+    if (surface == nullptr) return "";
+    if (kind_ == RegionKind::shadow) return shadow(surfaces_, *surface, ray, ray.at(distance));
+    const bool has_sides = kind_ == RegionKind::side && sides_.at(surface->shape).size() > 1;
+    if (!has_sides) return surface->shape->id;
+    return fmt::format("{} {}", surface->shape->id, side(*surface, camera_));
   }
 
   const Camera& camera_;
   RegionKind kind_;
-  std::vector<Face> faces_;
+  std::vector<Surface> surfaces_;
   std::map<const Shape*, std::set<std::string>> sides_;
 };
 

@@ -65,11 +65,14 @@ int64_t pass_size(const Limits& limits, const Progress& progress) {
   return std::clamp<int64_t>(static_cast<int64_t>(size), 1, 4 * progress.samples_per_pixel);
 }
 
-int64_t trace_job(const TraceJob<float>& job) {
+int64_t trace_job(const TraceJob<PackedScene<float>>& job) {
   return job.settings.fault == Fault::none ? trace(job) : trace_faulty(job);
 }
 
-int64_t trace_job(const TraceJob<double>& job) { return trace(job); }
+template <class TracedScene>
+int64_t trace_job(const TraceJob<TracedScene>& job) {
+  return trace(job);
+}
 
 // Says when a pass is not worth waiting for.
 class Impatience {
@@ -97,10 +100,10 @@ class Impatience {
   std::atomic<int64_t> path_ = 0;
 };
 
-template <typename T>
+template <class TracedScene>
 Cost render_as(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
                const ProgressCallback& callback, const std::atomic<bool>* stop) {
-  const PackedScene<T> packed(scene);
+  const TracedScene prepared(scene);
   const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
   const tbb::global_control workers(tbb::global_control::max_allowed_parallelism, size_t(threads));
   tbb::task_arena arena(threads);
@@ -117,7 +120,7 @@ Cost render_as(const Scene& scene, const Settings& settings, const Limits& limit
     const SampleRange samples{first, last};
     std::atomic<int64_t> next_pixel{0};
     std::atomic<int64_t> rays{0};
-    const TraceJob<T> job{packed, settings, samples, film, next_pixel, is_abandoned};
+    const TraceJob<TracedScene> job{prepared, settings, samples, film, next_pixel, is_abandoned};
     film.begin_pass();
     arena.execute([&] { tbb::parallel_for(0, threads, [&](int) { rays += trace_job(job); }); });
     if (impatience.path() > 0) {
@@ -153,12 +156,14 @@ std::string why_unfinished(const Cost& cost) {
 Cost render(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
             const ProgressCallback& progress, const std::atomic<bool>* stop) {
   if (limits.samples.count() <= 0) throw std::invalid_argument("no samples to render");
-  if (settings.precision == Precision::float64) {
-    if (settings.fault != Fault::none)
-      throw std::invalid_argument("a fault of the tracer: float only");
-    return render_as<double>(scene, settings, limits, film, progress, stop);
+  const bool is_double = settings.precision == Precision::float64;
+  if (settings.fault != Fault::none && is_double) {
+    throw std::invalid_argument("a fault of the tracer: float only");
   }
-  return render_as<float>(scene, settings, limits, film, progress, stop);
+  if (is_double) {
+    return render_as<PackedScene<double>>(scene, settings, limits, film, progress, stop);
+  }
+  return render_as<PackedScene<float>>(scene, settings, limits, film, progress, stop);
 }
 
 }  // namespace plumb

@@ -41,6 +41,21 @@ std::vector<Vec3> part_beyond(const std::vector<Vec3>& corners, const Vec3& norm
   return part;
 }
 
+double Filter::weight(double distance) const {
+  const double x = distance / size;
+  switch (kind) {
+    case Kind::box: return 1.0;
+    case Kind::tent: return std::max(0.0, 1.0 - std::abs(x));
+    case Kind::gaussian: return std::max(0.0, std::exp(-x * x / 2.0) - std::exp(-8.0));
+  }
+  return 0.0;
+}
+
+Vec3 Camera::direction(double x, double y) const {
+  const double pixel = 2.0 * half_width() / width;
+  return forward + right * (x * pixel - half_width()) + up * (half_height() - y * pixel);
+}
+
 double Camera::half_width() const {
   const double tangent = std::tan(fov_degrees * std::numbers::pi / 360.0);
   const double w = width;

@@ -76,11 +76,15 @@ struct Filter {
   bool crosses_border = false;  // what lies beside the picture counts for its outermost pixels
 
   double radius() const { return kind == Kind::gaussian ? 4.0 * size : size; }
+
+  // At a distance within the radius, along one of the axes; but for a factor.
+  double weight(double distance) const;
 };
 
 // A pinhole. Pixel (x, y) covers the square from (x, y) to (x + 1, y + 1); y points down.
 struct Camera {
   enum class FovAxis { x, y, diagonal, smaller, larger };
+  static constexpr const char* fov_axis_names[] = {"x", "y", "diagonal", "smaller", "larger"};
 
   Vec3 origin{0.0};
   Vec3 forward{0.0, 0.0, 1.0};  // unit, orthogonal to the other two
@@ -95,6 +99,10 @@ struct Camera {
   // Half the width of the image plane at distance 1 along `forward`, and half its height.
   double half_width() const;
   double half_height() const { return half_width() * height / width; }
+
+  // Towards the point of the picture that is x pixels from its left and y from its upper border;
+  // not of unit length.
+  Vec3 direction(double x, double y) const;
 };
 
 // What a scene file asks of its renders.

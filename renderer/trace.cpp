@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -14,11 +15,11 @@
 HWY_BEFORE_NAMESPACE();
 namespace plumb::HWY_NAMESPACE {
 
-int64_t trace_float(const TraceJob<float>& job) {
+int64_t trace_float(const TraceJob<PackedScene<float>>& job) {
   return trace_paths<Estimator<hn::ScalableTag<float>>>(job);
 }
 
-int64_t trace_double(const TraceJob<double>& job) {
+int64_t trace_double(const TraceJob<PackedScene<double>>& job) {
   return trace_paths<Estimator<hn::ScalableTag<double>>>(job);
 }
 
@@ -34,8 +35,12 @@ HWY_EXPORT(trace_float);
 HWY_EXPORT(trace_double);
 HWY_EXPORT(target);
 
-int64_t trace(const TraceJob<float>& job) { return HWY_DYNAMIC_DISPATCH(trace_float)(job); }
-int64_t trace(const TraceJob<double>& job) { return HWY_DYNAMIC_DISPATCH(trace_double)(job); }
+int64_t trace(const TraceJob<PackedScene<float>>& job) {
+  return HWY_DYNAMIC_DISPATCH(trace_float)(job);
+}
+int64_t trace(const TraceJob<PackedScene<double>>& job) {
+  return HWY_DYNAMIC_DISPATCH(trace_double)(job);
+}
 const char* trace_target() { return HWY_DYNAMIC_DISPATCH(target)(); }
 
 }  // namespace plumb

@@ -11,10 +11,11 @@
 
 namespace plumb {
 
-// Some samples of every pixel. Several threads may work on one job: they share `next_pixel`.
-template <typename T>
+// Some samples of every pixel of a scene, as the tracer sees it. Several threads may work on one
+// job: they share `next_pixel`.
+template <class TracedScene>
 struct TraceJob {
-  const PackedScene<T>& scene;
+  const TracedScene& scene;
   const Settings& settings;
   SampleRange samples;
   Film& film;
@@ -27,11 +28,11 @@ struct TraceJob {
 // Takes pixels until none is left and adds their samples to the film. Returns how many rays were
 // traced, shadow rays included. The same job gives the same film whatever the number of threads
 // and, among instruction sets with fused multiply-add, whatever the width of the vectors.
-int64_t trace(const TraceJob<float>& job);
-int64_t trace(const TraceJob<double>& job);
+int64_t trace(const TraceJob<PackedScene<float>>& job);
+int64_t trace(const TraceJob<PackedScene<double>>& job);
 
 // The same with the fault of the job's settings.
-int64_t trace_faulty(const TraceJob<float>& job);
+int64_t trace_faulty(const TraceJob<PackedScene<float>>& job);
 
 // The instruction set that trace() uses on this machine.
 const char* trace_target();

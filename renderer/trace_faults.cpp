@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numbers>
 #include <type_traits>
@@ -16,7 +17,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace plumb::HWY_NAMESPACE {
 
-int64_t trace_with_fault(const TraceJob<float>& job) {
+int64_t trace_with_fault(const TraceJob<PackedScene<float>>& job) {
   return trace_paths<FaultyEstimator<hn::ScalableTag<float>>>(job);
 }
 
@@ -28,7 +29,7 @@ namespace plumb {
 
 HWY_EXPORT(trace_with_fault);
 
-int64_t trace_faulty(const TraceJob<float>& job) {
+int64_t trace_faulty(const TraceJob<PackedScene<float>>& job) {
   return HWY_DYNAMIC_DISPATCH(trace_with_fault)(job);
 }
 

@@ -502,8 +502,8 @@ class Reader {
       camera.fov_degrees = 45.0;
     }
     const std::string axis = parameter(sensor, "fov_axis").attribute("value").as_string("x");
-    constexpr std::array<std::string_view, 5> axes = {"x", "y", "diagonal", "smaller", "larger"};
-    camera.fov_axis = Camera::FovAxis(std::ranges::find(axes, axis) - axes.begin());
+    const auto& axes = Camera::fov_axis_names;
+    camera.fov_axis = Camera::FovAxis(std::ranges::find(axes, axis) - std::begin(axes));
   }
 
   // Mitsuba's camera looks along its z; its x points to the left of the image.

@@ -292,10 +292,10 @@ TYPED_TEST(SamplingTest, ScramblingIsABijectionOfLowBitsInWhichNoneDependsOnHigh
     const Word seed(random.bits());
     std::set<uint32_t> low_bits;
     for (uint32_t v = 0; v < 256; ++v) {
-      const uint32_t scrambled = get(scramble_upward(Word(v), seed));
+      const uint32_t scrambled = get(laine_karras_permutation(Word(v), seed));
       low_bits.insert(scrambled & 255u);
       const uint32_t higher = random.bits() << 8;
-      EXPECT_EQ(get(scramble_upward(Word(v | higher), seed)) & 255u, scrambled & 255u);
+      EXPECT_EQ(get(laine_karras_permutation(Word(v | higher), seed)) & 255u, scrambled & 255u);
     }
     EXPECT_EQ(low_bits.size(), 256u);
   }

@@ -65,7 +65,7 @@ struct FaultyEstimator : Estimator<Lanes> {
   using typename Base::R;
   using typename Base::T;
 
-  explicit FaultyEstimator(const TraceJob<T>& job)
+  explicit FaultyEstimator(const TraceJob<PackedScene<T>>& job)
       : Base(job),
         fault(job.settings.fault),
         is_webgl(fault == Fault::webgl_random || fault == Fault::webgl_demo),
@@ -101,14 +101,16 @@ struct FaultyEstimator : Estimator<Lanes> {
     return {u, v, third};
   }
 
-  V3<D> sample_direction(V3<D> normal, R u, R v) const {
+  BsdfSample<D> sample_bsdf(const Bsdf<D>& bsdf, V3<D> incident, R u, R v) const {
     if (fault == Fault::uniform_directions) {
-      return turn(frame_around(normal), u, sqrt(R(1) - u * u), v);
+      const R sine = sqrt(R(1) - u * u);
+      return bsdf.mirror_or(incident, spherical_direction(frame_around(bsdf.normal), u, sine, v));
     }
     if (fault == Fault::tangent_frame) {
-      return normalize(sample_cosine_hemisphere(short_frame_around(normal), u, v));
+      const Frame<D> frame = short_frame_around(bsdf.normal);
+      return bsdf.mirror_or(incident, normalize(sample_cosine_hemisphere(frame, u, v)));
     }
-    return Base::sample_direction(normal, u, v);
+    return Base::sample_bsdf(bsdf, incident, u, v);
   }
 
   LampSample<D> sample_lamp(const Lamp& lamp, V3<D> p, R u, R v) const {
@@ -123,9 +125,9 @@ struct FaultyEstimator : Estimator<Lanes> {
     return spoil(Base::inverse_lamp_pdf(lamp, p, distance), lamp, p, distance);
   }
 
-  R sum_of_pdfs(R lamp, R direction) const {
+  R sum_of_pdfs(R lamp, R bsdf) const {
     if (fault == Fault::one_sided_mis) return lamp;
-    return lamp + (fault == Fault::inverse_pi ? direction * R::inverse_pi() : direction);
+    return lamp + (fault == Fault::inverse_pi ? bsdf * R::inverse_pi() : bsdf);
   }
 
   V3<D> contribution(V3<D> light, R bounces) const {
@@ -134,12 +136,12 @@ struct FaultyEstimator : Estimator<Lanes> {
     return {min(light.x, most), min(light.y, most), min(light.z, most)};
   }
 
-  R survival(V3<D> throughput) const {
-    return fault == Fault::webgl_demo ? R(1) : Base::survival(throughput);
+  R survival_probability(V3<D> throughput) const {
+    return fault == Fault::webgl_demo ? R(1) : Base::survival_probability(throughput);
   }
 
-  R survivor_weight(R survival) const {
-    return fault == Fault::roulette_weight ? R(1) : Base::survivor_weight(survival);
+  R survivor_weight(R probability) const {
+    return fault == Fault::roulette_weight ? R(1) : Base::survivor_weight(probability);
   }
 
  private:
@@ -157,7 +159,7 @@ struct FaultyEstimator : Estimator<Lanes> {
     const V3<D> aside = V3<D>(lamp.x) * (lamp.x_length / 2) + V3<D>(lamp.y) * (lamp.y_length / 2);
     const Frame<D> axes{{R(1), R(0), R(0)}, {R(0), R(1), R(0)}, {R(0), R(0), R(1)}};
     const R radius = sqrt(third * R(lamp.area / (4 * std::numbers::pi_v<T>)));
-    const V3<D> jitter = turn(axes, z, sqrt(max(R(1) - z * z, R(0))), v) * radius;
+    const V3<D> jitter = spherical_direction(axes, z, sqrt(max(R(1) - z * z, R(0))), v) * radius;
     const V3<D> to_point = V3<D>(lamp.corner) + aside + jitter - p;
     const R distance = sqrt(dot(to_point, to_point));
     return {to_point * (R(1) / distance), distance, R(lamp.area), !Bool<D>::none()};

@@ -11,110 +11,120 @@
 HWY_BEFORE_NAMESPACE();
 namespace plumb::HWY_NAMESPACE {
 
-// A ray and the id of the plane or sphere that it leaves, -1 for none. `backward` is the opposite
-// of its direction, of unit length: a point at a distance is origin - distance * backward.
+// A ray. `direction` is of unit length. `start` is the id of the sphere, or of the plane (see
+// Plane::id), on which the origin lies; -1: it lies on none.
 template <class D>
-struct Ray {
-  V3<D> origin, backward;
-  Real<D> leaves;
+struct RayLanes {
+  V3<D> origin, direction;
+  Real<D> start;
 
-  HWY_INLINE V3<D> at(Real<D> distance) const { return fma(backward, -distance, origin); }
+  HWY_INLINE V3<D> at(Real<D> distance) const { return fma(direction, distance, origin); }
 };
 
 // Where a ray meets a shape: the distance, whether it does at all, and the surface's id.
 template <class D>
-struct Crossing {
+struct Intersection {
   Real<D> distance;
   Bool<D> hit;
   Real<D> id;
 };
 
 template <class D, typename T>
-HWY_INLINE Real<D> height(const Plane<T>& plane, V3<D> p) {
+HWY_INLINE Real<D> signed_distance(const Plane<T>& plane, V3<D> p) {
   using R = Real<D>;
   return fma(R(plane.normal.x), p.x,
              fma(R(plane.normal.y), p.y, fma(R(plane.normal.z), p.z, R(plane.offset))));
 }
 
+// Minus signed_distance(), as fast and with the same rounding.
 template <class D, typename T>
-HWY_INLINE Crossing<D> cross_plane(const Plane<T>& plane, T id, const Ray<D>& ray) {
-  const Real<D> distance = height(plane, ray.origin) / dot(V3<D>(plane.normal), ray.backward);
-  return {distance, (distance > Real<D>(0)) & (ray.leaves != Real<D>(plane.id)), Real<D>(id)};
-}
-
-template <class D, typename T>
-HWY_INLINE Crossing<D> cross(const PackedParallelogram<T>& shape, const Ray<D>& ray) {
-  Crossing<D> crossing = cross_plane(shape.plane, shape.id, ray);
-  const V3<D> point = ray.at(crossing.distance);
-  const Real<D> outside =
-      max(abs(height(shape.slabs[0], point)), abs(height(shape.slabs[1], point)));
-  crossing.hit = crossing.hit & (outside <= Real<D>(1));
-  return crossing;
-}
-
-template <class D, typename T>
-HWY_INLINE Crossing<D> cross(const PackedPolygon<T>& shape, const Ray<D>& ray) {
-  Crossing<D> crossing = cross_plane(shape.plane, shape.id, ray);
-  const V3<D> point = ray.at(crossing.distance);
-  Real<D> outside = height(shape.edges[0], point);
-  for (int i = 1; i < 4; ++i) outside = max(outside, height(shape.edges[i], point));
-  crossing.hit = crossing.hit & (outside <= Real<D>(0));
-  return crossing;
-}
-
-// A ray that leaves the sphere itself starts at one of the two crossings: the other one remains.
-template <class D, typename T>
-HWY_INLINE Crossing<D> cross(const PackedSphere<T>& shape, const Ray<D>& ray) {
+HWY_INLINE Real<D> distance_below(const Plane<T>& plane, V3<D> p) {
   using R = Real<D>;
-  const V3<D> from_center = ray.origin - V3<D>(shape.center);
-  const R middle = dot(from_center, ray.backward);
-  const V3<D> aside = fma(ray.backward, -middle, from_center);
+  return fnma(R(plane.normal.x), p.x,
+              fnma(R(plane.normal.y), p.y, fnms(R(plane.normal.z), p.z, R(plane.offset))));
+}
+
+template <class D, typename T>
+HWY_INLINE Intersection<D> intersect_plane(const Plane<T>& plane, T id, const RayLanes<D>& ray) {
+  const Real<D> cosine = dot(V3<D>(plane.normal), ray.direction);
+  const Real<D> distance = distance_below(plane, ray.origin) / cosine;
+  return {distance, (distance > Real<D>(0)) & (ray.start != Real<D>(plane.id)), Real<D>(id)};
+}
+
+template <class D, typename T>
+HWY_INLINE Intersection<D> intersect(const PackedParallelogram<T>& shape, const RayLanes<D>& ray) {
+  Intersection<D> found = intersect_plane(shape.plane, shape.id, ray);
+  const V3<D> point = ray.at(found.distance);
+  const Real<D> outside =
+      max(abs(signed_distance(shape.slabs[0], point)), abs(signed_distance(shape.slabs[1], point)));
+  found.hit = found.hit & (outside <= Real<D>(1));
+  return found;
+}
+
+template <class D, typename T>
+HWY_INLINE Intersection<D> intersect(const PackedPolygon<T>& shape, const RayLanes<D>& ray) {
+  Intersection<D> found = intersect_plane(shape.plane, shape.id, ray);
+  const V3<D> point = ray.at(found.distance);
+  Real<D> outside = signed_distance(shape.edges[0], point);
+  for (int i = 1; i < 4; ++i) outside = max(outside, signed_distance(shape.edges[i], point));
+  found.hit = found.hit & (outside <= Real<D>(0));
+  return found;
+}
+
+// A ray that starts on the sphere itself starts at one of the line's two points on it: the other
+// one remains.
+template <class D, typename T>
+HWY_INLINE Intersection<D> intersect(const PackedSphere<T>& shape, const RayLanes<D>& ray) {
+  using R = Real<D>;
+  const V3<D> to_center = V3<D>(shape.center) - ray.origin;
+  const R middle = dot(to_center, ray.direction);
+  const V3<D> aside = fma(ray.direction, -middle, to_center);
   const R squared = R(shape.radius * shape.radius) - dot(aside, aside);
   const R half_chord = sqrt(max(squared, R(0)));
-  const Bool<D> leaves = ray.leaves == R(shape.id);
+  const Bool<D> starts = ray.start == R(shape.id);
   const R near = middle - half_chord;
-  const R far = middle + select(leaves, middle, half_chord);
-  const R distance = select(leaves | (near <= R(0)), far, near);
+  const R far = middle + select(starts, middle, half_chord);
+  const R distance = select(starts | (near <= R(0)), far, near);
   return {distance, (squared >= R(0)) & (distance > R(0)), R(shape.id)};
 }
 
-// The part of a ray's line that lies in a solid, and the faces at its two ends. A face that the ray
-// leaves counts as crossed long ago, so that a ray that leaves for the outside finds nothing and
-// one that leaves for the inside finds the other faces.
+// The part of a ray's line that lies in a solid, and the faces at its two ends. A face on which the
+// ray starts counts as met long ago, so that a ray that starts towards the outside finds nothing
+// and one that starts towards the inside finds the other faces.
 template <class D>
-struct Passage {
+struct Chord {
   Real<D> enter, exit, enter_id, exit_id;
 };
 
 template <class D, typename T>
-HWY_INLINE Passage<D> pass(const PackedSolid<T>& solid, const Ray<D>& ray) {
+HWY_INLINE Chord<D> chord_in(const PackedSolid<T>& solid, const RayLanes<D>& ray) {
   using R = Real<D>;
   const R highest(hwy::HighestValue<T>());
-  Passage<D> passage{-highest, highest, R(-1), R(-1)};
+  Chord<D> chord{-highest, highest, R(-1), R(-1)};
   for (const auto& face : solid.faces) {
     const R id(face.id);
-    const R approach = dot(V3<D>(face.plane.normal), ray.backward);
-    const R crossed = height(face.plane, ray.origin) / approach;
-    const R distance = select(ray.leaves == R(face.plane.id), -highest, crossed);
+    const R cosine = dot(V3<D>(face.plane.normal), ray.direction);
+    const R met = distance_below(face.plane, ray.origin) / cosine;
+    const R distance = select(ray.start == R(face.plane.id), -highest, met);
     // By the sign bit: a ray along the face is sorted right by its division by either zero.
-    const Bool<D> exits = sign_bit(approach);
-    const Bool<D> later = (distance > passage.enter) & !exits;
-    const Bool<D> sooner = exits & (distance < passage.exit);
-    passage.enter = select(later, distance, passage.enter);
-    passage.enter_id = select(later, id, passage.enter_id);
-    passage.exit = select(sooner, distance, passage.exit);
-    passage.exit_id = select(sooner, id, passage.exit_id);
+    const Bool<D> enters = sign_bit(cosine);
+    const Bool<D> later = (distance > chord.enter) & enters;
+    const Bool<D> sooner = (distance < chord.exit) & !enters;
+    chord.enter = select(later, distance, chord.enter);
+    chord.enter_id = select(later, id, chord.enter_id);
+    chord.exit = select(sooner, distance, chord.exit);
+    chord.exit_id = select(sooner, id, chord.exit_id);
   }
-  return passage;
+  return chord;
 }
 
 template <class D, typename T>
-HWY_INLINE Crossing<D> cross(const PackedSolid<T>& solid, const Ray<D>& ray) {
-  const Passage<D> passage = pass(solid, ray);
-  const Bool<D> outside = passage.enter > Real<D>(0);
-  const Real<D> distance = select(outside, passage.enter, passage.exit);
-  return {distance, (passage.enter < passage.exit) & (distance > Real<D>(0)),
-          select(outside, passage.enter_id, passage.exit_id)};
+HWY_INLINE Intersection<D> intersect(const PackedSolid<T>& solid, const RayLanes<D>& ray) {
+  const Chord<D> chord = chord_in(solid, ray);
+  const Bool<D> outside = chord.enter > Real<D>(0);
+  const Real<D> distance = select(outside, chord.enter, chord.exit);
+  return {distance, (chord.enter < chord.exit) & (distance > Real<D>(0)),
+          select(outside, chord.enter_id, chord.exit_id)};
 }
 
 template <class D>
@@ -124,12 +134,12 @@ struct Hit {
 };
 
 template <class D, class List>
-HWY_INLINE void keep_nearest(const List& shapes, const Ray<D>& ray, Hit<D>& hit) {
+HWY_INLINE void keep_nearest(const List& shapes, const RayLanes<D>& ray, Hit<D>& hit) {
   for (const auto& shape : shapes) {
-    const Crossing<D> crossing = cross(shape, ray);
-    const Bool<D> nearer = crossing.hit & (crossing.distance < hit.distance);
-    hit.distance = select(nearer, crossing.distance, hit.distance);
-    hit.id = select(nearer, crossing.id, hit.id);
+    const Intersection<D> found = intersect(shape, ray);
+    const Bool<D> nearer = found.hit & (found.distance < hit.distance);
+    hit.distance = select(nearer, found.distance, hit.distance);
+    hit.id = select(nearer, found.id, hit.id);
   }
 }
 
@@ -137,19 +147,20 @@ HWY_INLINE void keep_nearest(const List& shapes, const Ray<D>& ray, Hit<D>& hit)
 // these lanes. The boxes are so large that a limit never hides a nearer face: whatever the order,
 // and whatever other lanes do, a lane finds the same.
 template <class D, typename T, class Limit, class Visit>
-HWY_INLINE void walk(const PackedTree<T>& tree, const Ray<D>& ray, Limit limit, Visit visit) {
+HWY_INLINE void walk(const PackedTree<T>& tree, const RayLanes<D>& ray, Limit limit, Visit visit) {
   using R = Real<D>;
   if (tree.nodes.empty()) return;
-  const V3<D> inverse(R(1) / ray.backward.x, R(1) / ray.backward.y, R(1) / ray.backward.z);
-  const Real<D> coordinates[] = {ray.backward.x, ray.backward.y, ray.backward.z};
+  const V3<D> d = ray.direction;
+  const V3<D> inverse(R(1) / d.x, R(1) / d.y, R(1) / d.z);
+  const R coordinates[] = {d.x, d.y, d.z};
   int stack[PackedTree<T>::most_levels];
   int levels = 0;
   stack[levels++] = 0;
   while (levels > 0) {
     const int index = stack[--levels];
     const auto& node = tree.nodes[static_cast<size_t>(index)];
-    const V3<D> a = (ray.origin - V3<D>(node.low)) * inverse;
-    const V3<D> b = (ray.origin - V3<D>(node.high)) * inverse;
+    const V3<D> a = (V3<D>(node.low) - ray.origin) * inverse;
+    const V3<D> b = (V3<D>(node.high) - ray.origin) * inverse;
     const R enter = max(max(min(a.x, b.x), min(a.y, b.y)), min(a.z, b.z));
     const R exit = min(min(max(a.x, b.x), max(a.y, b.y)), max(a.z, b.z));
     const Bool<D> enters = (enter <= exit) & (exit > R(0)) & (enter <= limit());
@@ -159,7 +170,7 @@ HWY_INLINE void walk(const PackedTree<T>& tree, const Ray<D>& ray, Limit limit, 
     }
     if (node.count > 0) continue;
     // First where most of the rays come from.
-    const Bool<D> upwards = enters & (coordinates[node.axis] < R(0));
+    const Bool<D> upwards = enters & (coordinates[node.axis] > R(0));
     const bool lower_first = 2 * upwards.count() >= enters.count();
     stack[levels++] = lower_first ? node.first : index + 1;
     stack[levels++] = lower_first ? index + 1 : node.first;
@@ -167,7 +178,7 @@ HWY_INLINE void walk(const PackedTree<T>& tree, const Ray<D>& ray, Limit limit, 
 }
 
 template <class D, typename T>
-HWY_INLINE Hit<D> find_nearest(const PackedShapes<T>& shapes, const Ray<D>& ray) {
+HWY_INLINE Hit<D> find_nearest(const PackedShapes<T>& shapes, const RayLanes<D>& ray) {
   Hit<D> hit{Real<D>(hwy::HighestValue<T>()), Real<D>(-1)};
   keep_nearest(shapes.parallelograms, ray, hit);
   keep_nearest(shapes.polygons, ray, hit);
@@ -175,42 +186,41 @@ HWY_INLINE Hit<D> find_nearest(const PackedShapes<T>& shapes, const Ray<D>& ray)
   keep_nearest(shapes.solids, ray, hit);
   const auto limit = [&hit] { return hit.distance; };
   walk(shapes.tree, ray, limit, [&](const PackedPolygon<T>& face, Bool<D> enters) {
-    const Crossing<D> crossing = cross(face, ray);
-    const Bool<D> first = (crossing.distance == hit.distance) & (crossing.id < hit.id);
-    const Bool<D> nearer = crossing.hit & enters & ((crossing.distance < hit.distance) | first);
-    hit.distance = select(nearer, crossing.distance, hit.distance);
-    hit.id = select(nearer, crossing.id, hit.id);
+    const Intersection<D> found = intersect(face, ray);
+    const Bool<D> first = (found.distance == hit.distance) & (found.id < hit.id);
+    const Bool<D> nearer = found.hit & enters & ((found.distance < hit.distance) | first);
+    hit.distance = select(nearer, found.distance, hit.distance);
+    hit.id = select(nearer, found.id, hit.id);
   });
   return hit;
 }
 
 // Adds the lanes in which one of the shapes, other than the lamp, is nearer than the distance.
 template <class D, class List>
-HWY_INLINE void add_shadows(const List& shapes, const Ray<D>& ray, Real<D> distance, Real<D> lamp,
-                            Bool<D>& shadow) {
+HWY_INLINE void add_shadows(const List& shapes, const RayLanes<D>& ray, Real<D> distance,
+                            Real<D> lamp, Bool<D>& shadow) {
   for (const auto& shape : shapes) {
-    const Crossing<D> crossing = cross(shape, ray);
-    shadow = shadow | (crossing.hit & (crossing.distance < distance) & (crossing.id != lamp));
+    const Intersection<D> found = intersect(shape, ray);
+    shadow = shadow | (found.hit & (found.distance < distance) & (found.id != lamp));
   }
 }
 
 // Whether anything lies between the ray's start and the lamp's point at that distance.
 template <class D, typename T>
-HWY_INLINE Bool<D> is_occluded(const PackedShapes<T>& occluders, const Ray<D>& ray,
+HWY_INLINE Bool<D> is_occluded(const PackedShapes<T>& occluders, const RayLanes<D>& ray,
                                Real<D> distance, Real<D> lamp) {
   Bool<D> shadow = Bool<D>::none();
   add_shadows(occluders.parallelograms, ray, distance, lamp, shadow);
   add_shadows(occluders.polygons, ray, distance, lamp, shadow);
   add_shadows(occluders.spheres, ray, distance, lamp, shadow);
   for (const auto& solid : occluders.solids) {  // never a lamp: the faces' ids don't matter
-    const Crossing<D> crossing = cross(solid, ray);
-    shadow = shadow | (crossing.hit & (crossing.distance < distance));
+    const Intersection<D> found = intersect(solid, ray);
+    shadow = shadow | (found.hit & (found.distance < distance));
   }
   const auto limit = [&] { return select(shadow, Real<D>(-hwy::HighestValue<T>()), distance); };
   walk(occluders.tree, ray, limit, [&](const PackedPolygon<T>& face, Bool<D> enters) {
-    const Crossing<D> crossing = cross(face, ray);
-    shadow =
-        shadow | (crossing.hit & enters & (crossing.distance < distance) & (crossing.id != lamp));
+    const Intersection<D> found = intersect(face, ray);
+    shadow = shadow | (found.hit & enters & (found.distance < distance) & (found.id != lamp));
   });
   return shadow;
 }

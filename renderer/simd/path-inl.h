@@ -1,7 +1,7 @@
 // The path tracer: one path per lane, and a new path in the lane as soon as one ends.
+#include "renderer/simd/bsdf-inl.h"
 #include "renderer/simd/intersect-inl.h"
 #include "renderer/simd/sampler-inl.h"
-#include "renderer/simd/warp-inl.h"
 #include "renderer/trace.h"
 
 #if defined(PLUMB_SIMD_PATH_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -21,7 +21,7 @@ class LaneSamples {
   using T = hn::TFromD<D>;
 
  public:
-  explicit LaneSamples(const TraceJob<T>& job) : job_(job) {
+  explicit LaneSamples(const TraceJob<PackedScene<T>>& job) : job_(job) {
     std::fill_n(sample_, lanes, job.samples.last);
   }
 
@@ -33,17 +33,18 @@ class LaneSamples {
     hn::Store(radiance.x.v, d, values);
     hn::Store(radiance.y.v, d, values + lanes);
     hn::Store(radiance.z.v, d, values + 2 * lanes);
-    LaneBits stored = 0;
-    hn::StoreMaskBits(d, finished.m, reinterpret_cast<uint8_t*>(&stored));
-    for (uint32_t left = stored; left != 0; left &= left - 1) {
+    LaneBits stored{};
+    hn::StoreMaskBits(d, finished.m, stored.bytes);
+    for (uint32_t left = stored.get(); left != 0; left &= left - 1) {
       const auto lane = static_cast<size_t>(std::countr_zero(left));
-      const auto bit = static_cast<LaneBits>(1u << lane);
-      if ((busy_ & bit) != 0) {
+      const uint32_t bit = 1u << lane;
+      const uint32_t busy = busy_.get();
+      if ((busy & bit) != 0) {
         job_.film.add(pixel_[lane], replicate_[lane], values + lane, lanes);
       }
-      busy_ = static_cast<LaneBits>(take_next(lane) ? busy_ | bit : busy_ & ~bit);
+      busy_.set(take_next(lane) ? busy | bit : busy & ~bit);
     }
-    return {hn::LoadMaskBits(d, reinterpret_cast<const uint8_t*>(&busy_))};
+    return {hn::LoadMaskBits(d, busy_.bytes)};
   }
 
   SampleIndex<D> index() const {
@@ -59,10 +60,25 @@ class LaneSamples {
  private:
   static constexpr size_t lanes = hn::MaxLanes(D());
   static constexpr int64_t pixels_at_once = 64;
-  // As wide as the mask is when it is stored: the processor waits where a load is wider than the
-  // store before it.
-  using LaneBits = std::conditional_t<lanes <= 8, uint8_t, uint16_t>;
   static_assert(lanes <= 16);
+
+  // A bit for each lane. Highway may read and write eight bytes. What is used of them is read and
+  // written as wide as the mask is stored: the processor waits where a load is wider than the store
+  // before it.
+  struct LaneBits {
+    using Word = std::conditional_t<lanes <= 8, uint8_t, uint16_t>;
+    alignas(8) uint8_t bytes[8];
+
+    uint32_t get() const {
+      Word word;
+      std::memcpy(&word, bytes, sizeof word);
+      return word;
+    }
+    void set(uint32_t bits) {
+      const auto word = static_cast<Word>(bits);
+      std::memcpy(bytes, &word, sizeof word);
+    }
+  };
 
   bool take_next(size_t lane) {
     if (++sample_[lane] >= job_.samples.last) {
@@ -112,9 +128,9 @@ class LaneSamples {
     return corner + R(T{0.5}) + fma(b - a, at - below, a);
   }
 
-  const TraceJob<T>& job_;
+  const TraceJob<PackedScene<T>>& job_;
   const PackedFilter<T>& filter_ = job_.scene.camera.filter;
-  LaneBits busy_ = 0;  // a bit for each lane that has a sample
+  LaneBits busy_{};  // the lanes that have a sample
   int64_t next_pixel_ = 0;
   int64_t end_pixel_ = 0;
   int64_t sample_[lanes];
@@ -130,24 +146,31 @@ class LaneSamples {
   alignas(64) T height_[lanes] = {};
 };
 
-// Where paths have arrived: a point, the normal on the side that they came from, and the surface.
+// Where paths meet surfaces.
 template <class D>
-struct Vertex {
-  V3<D> point, normal, reflectance;
+struct SurfaceInteraction {
+  V3<D> point;
+  Bsdf<D> bsdf;
   Real<D> id, plane;
   Bool<D> scatters;  // neither in the void nor on a black back
-  Bool<D> front;
-  Bool<D> mirror;
+  Bool<D> front;     // the path came from the side that the surface's own normal points to
 };
 
-// Light on its way from a lamp to the vertices, shadows not yet looked at.
+// What sampled lamps add to the picture, if nothing is in the way.
 template <class D>
 struct DirectLight {
-  Ray<D> ray;
-  Real<D> distance, lamp;  // of the lamp's point, the lamp's id
+  RayLanes<D> ray;         // from the surface to the lamp's point
+  Real<D> distance, lamp;  // of that point, and the lamp's id
   V3<D> radiance;
-  Bool<D> any;
+  Bool<D> any;  // the lanes that have such light
 };
+
+// The weight p / (p + q) of a sample with the density p that could have been taken with the density
+// q in another way: the balance heuristic (Veach 1997, section 9.2.2).
+template <class D>
+HWY_INLINE Real<D> balance_heuristic(Real<D> q_over_p) {
+  return Real<D>(1) / (Real<D>(1) + q_over_p);
+}
 
 // The chances that a path takes, and the weights that make up for them.
 template <class Lanes>
@@ -157,13 +180,13 @@ struct Estimator {
   using R = Real<D>;
   using Lamp = PackedLamp<T>;
 
-  explicit Estimator(const TraceJob<T>&) {}
+  explicit Estimator(const TraceJob<PackedScene<T>>&) {}
 
   HWY_INLINE Sample<D> draw(Sampler sampler, const SampleIndex<D>& index, Bits<D> pair) const {
     return plumb::HWY_NAMESPACE::draw(sampler, index, pair);
   }
-  HWY_INLINE V3<D> sample_direction(V3<D> normal, R u, R v) const {
-    return sample_cosine_hemisphere(frame_around(normal), u, v);
+  HWY_INLINE BsdfSample<D> sample_bsdf(const Bsdf<D>& bsdf, V3<D> incident, R u, R v) const {
+    return bsdf.sample(incident, u, v);
   }
   HWY_INLINE LampSample<D> sample_lamp(const Lamp& lamp, V3<D> p, R u, R v) const {
     return plumb::HWY_NAMESPACE::sample_lamp(lamp, p, u, v);
@@ -172,24 +195,26 @@ struct Estimator {
     return plumb::HWY_NAMESPACE::inverse_lamp_pdf(lamp, p, distance);
   }
 
-  // The balance heuristic for a sampled lamp: both densities, in units of the lamp's.
-  HWY_INLINE R sum_of_pdfs(R lamp, R direction) const { return lamp + direction; }
+  // Of the two ways to find a lamp's point: by sampling the lamp, and by sampling the BSDF.
+  HWY_INLINE R sum_of_pdfs(R lamp, R bsdf) const { return lamp + bsdf; }
 
   // What light adds to the picture after so many bounces: all of it.
   HWY_INLINE V3<D> contribution(V3<D> light, R) const { return light; }
 
   // Russian roulette. Paths dimmer than a third die in part; a third gave the least variance x time
   // on the Cornell box, of 1, 1/1.5, 1/2, 1/2.5, 1/3, 1/4, 1/5 and 1/10.
-  HWY_INLINE R survival(V3<D> throughput) const {
+  HWY_INLINE R survival_probability(V3<D> throughput) const {
     return min(R(1), R(3) * max(throughput.x, max(throughput.y, throughput.z)));
   }
-  HWY_INLINE R survivor_weight(R survival) const { return R(1) / survival; }
+  HWY_INLINE R survivor_weight(R probability) const { return R(1) / probability; }
 };
 
-// A vector of paths, one per lane. The renderer is the measurement equation, vertex by vertex:
+// A vector of paths, one per lane. It estimates the measurement equation (Veach 1997, section 8.1),
+// vertex by vertex:
 //
-//   radiance = sum over vertices of throughput * (emission met by chance + light of a sampled lamp)
-//   throughput = product over vertices of bsdf * cosine / pdf / survival
+//   radiance = sum over vertices of throughput * (weight * emission that the path meets
+//                                                 + weight * f * cosine / pdf * a sampled lamp's)
+//   throughput = product over vertices of f * cosine / pdf / probability of survival
 template <class Estimator>
 class Packet {
   using D = typename Estimator::D;
@@ -198,18 +223,18 @@ class Packet {
   using Table = SurfaceTable<T>;
 
  public:
-  explicit Packet(const TraceJob<T>& job)
+  explicit Packet(const TraceJob<PackedScene<T>>& job)
       : scene_(job.scene),
         settings_(job.settings),
         gathers_(job.scene.surfaces.count > 128),
         estimator_(job),
         samples_(job) {
     radiance_ = throughput_ = V3<D>(R(0));
-    ray_ = {V3<D>(R(0)), V3<D>(R(0)), R(0)};
+    ray_ = {radiance_, radiance_, R(0)};
     pdf_ = depth_ = R(0);
     alive_ = busy_ = Bool<D>::none();
     light_ = {ray_, R(0), R(0), radiance_, alive_};
-    vertex_ = arrive({R(0), R(0)});
+    surface_ = surface_interaction({R(0), R(0)});
   }
 
   int64_t rays() const { return rays_; }
@@ -229,12 +254,12 @@ class Packet {
     depth_ = select(alive_, depth_, R(0));
     const Sample<D> sample = estimator_.draw(settings_.sampler, index_, pair(1));
     scatter(sample);
-    ray_.origin = select(alive_, vertex_.point, V3<D>(scene_.camera.origin));
-    ray_.backward = select(alive_, ray_.backward, backward_from_camera(sample));
-    ray_.leaves = select(alive_, vertex_.plane, R(-1));
+    ray_.origin = select(alive_, surface_.point, V3<D>(scene_.camera.origin));
+    ray_.direction = select(alive_, ray_.direction, camera_direction(sample));
+    ray_.start = select(alive_, surface_.plane, R(-1));
     throughput_ = select(alive_, throughput_, V3<D>(R(1)));
     radiance_ = select(alive_, radiance_, V3<D>(R(0)));
-    pdf_ = select(alive_, pdf_, R(certain));
+    pdf_ = select(alive_, pdf_, R(delta<T>));
     rays_ += busy_.count();
     return true;
   }
@@ -242,13 +267,12 @@ class Packet {
   // Follows the rays to the next vertices and adds the radiance of lamps that they meet.
   void follow() {
     const Hit<D> hit = find_nearest(scene_.shapes, ray_);
-    vertex_ = arrive(hit);
+    surface_ = surface_interaction(hit);
     add_emission(hit);
-    alive_ = busy_ & vertex_.scatters;
+    alive_ = busy_ & surface_.scatters;
     if (!settings_.bounces.is_everything()) {
       alive_ = alive_ & (depth_ < R(static_cast<T>(settings_.bounces.last)));
     }
-    throughput_ = throughput_ * vertex_.reflectance;
   }
 
   // Samples the lamps, and plays Russian roulette.
@@ -256,7 +280,8 @@ class Packet {
     const Sample<D> sample = estimator_.draw(settings_.sampler, index_, pair(0));
     light_.any = Bool<D>::none();
     if (settings_.method != Method::bsdf) choose_lamps(sample);
-    survive(sample.w);
+    throughput_ = throughput_ * surface_.bsdf.weight();
+    russian_roulette(sample.w);
     depth_ = depth_ + R(1);
   }
 
@@ -270,22 +295,17 @@ class Packet {
   }
 
  private:
-  V3<D> backward_from_camera(const Sample<D>& sample) const {
+  V3<D> camera_direction(const Sample<D>& sample) const {
     const auto& camera = scene_.camera;
     const V3<D> row = fma(V3<D>(camera.y_pixel), samples_.y(sample.v), V3<D>(camera.corner));
-    return -normalize(fma(V3<D>(camera.x_pixel), samples_.x(sample.u), row));
+    return normalize(fma(V3<D>(camera.x_pixel), samples_.x(sample.u), row));
   }
 
   void scatter(const Sample<D>& sample) {
-    const V3<D> normal = vertex_.normal;
-    const V3<D> direction = estimator_.sample_direction(normal, sample.u, sample.v);
-    pdf_ = dot(normal, direction) * R::inverse_pi();
-    const V3<D> arrived = ray_.backward;
-    ray_.backward = -direction;
-    if (!scene_.has_mirrors) return;
-    const V3<D> reflected = normalize(fma(normal, R(-2) * dot(normal, arrived), arrived));
-    ray_.backward = select(vertex_.mirror, reflected, ray_.backward);
-    pdf_ = select(vertex_.mirror, R(certain), pdf_);
+    const BsdfSample<D> scattered =
+        estimator_.sample_bsdf(surface_.bsdf, ray_.direction, sample.u, sample.v);
+    ray_.direction = scattered.direction;
+    pdf_ = scattered.pdf;
   }
 
   // A table of a few dozen surfaces is looked up a vector of rows at a time, which is faster than a
@@ -319,28 +339,28 @@ class Packet {
 
   // Puts the point onto its surface, where rounding along the ray has left it beside, and off the
   // surface's edges (see packed_scene.h).
-  HWY_INLINE Vertex<D> arrive(const Hit<D>& hit) const {
-    Vertex<D> vertex;
-    vertex.id = hit.id;
-    vertex.plane = scene_.has_coplanar ? lookup(Table::plane, hit.id) : hit.id;
-    vertex.normal = lookup_vector(Table::normal, hit.id);
-    vertex.reflectance = lookup_vector(Table::reflectance, hit.id);
+  HWY_INLINE SurfaceInteraction<D> surface_interaction(const Hit<D>& hit) const {
+    V3<D> normal = lookup_vector(Table::normal, hit.id);
     const V3<D> middle = lookup_vector(Table::point, hit.id);
     const V3<D> from_middle = ray_.at(hit.distance) - middle;
-    V3<D> along = fma(vertex.normal, -dot(vertex.normal, from_middle), from_middle);
+    V3<D> along = fma(normal, -dot(normal, from_middle), from_middle);
     if (!scene_.shapes.spheres.empty()) {
       const Bool<D> sphere = lookup_flag(true, Table::sphere, hit.id);
       const V3<D> outward = normalize(from_middle);
       along = select(sphere, outward, along);
-      vertex.normal = select(sphere, outward, vertex.normal);
+      normal = select(sphere, outward, normal);
     }
-    vertex.point = fma(along, lookup(Table::scale, hit.id), middle);
-    vertex.front = dot(vertex.normal, ray_.backward) > R(0);
+    const Bool<D> front = dot(normal, ray_.direction) < R(0);
     const Bool<D> two_sided = lookup_flag(scene_.has_two_sided, Table::two_sided, hit.id);
-    vertex.scatters = (hit.id >= R(0)) & (vertex.front | two_sided);
-    vertex.mirror = lookup_flag(scene_.has_mirrors, Table::mirror, hit.id);
-    vertex.normal = select(vertex.front, vertex.normal, -vertex.normal);
-    return vertex;
+    return {.point = fma(along, lookup(Table::scale, hit.id), middle),
+            .bsdf = {.normal = select(front, normal, -normal),
+                     .reflectance = lookup_vector(Table::reflectance, hit.id),
+                     .is_mirror = lookup_flag(scene_.has_mirrors, Table::mirror, hit.id),
+                     .has_mirrors = scene_.has_mirrors},
+            .id = hit.id,
+            .plane = scene_.has_coplanar ? lookup(Table::plane, hit.id) : hit.id,
+            .scatters = (hit.id >= R(0)) & (front | two_sided),
+            .front = front};
   }
 
   // The lanes for which light after so many bounces belongs to the picture.
@@ -349,22 +369,24 @@ class Packet {
            (bounces <= R(static_cast<T>(settings_.bounces.last)));
   }
 
-  // Radiance of a lamp that the path has met, weighted by the chance that sampling the lamp would
-  // have found it instead.
+  // Adds the emission of lamps that paths have met.
   void add_emission(const Hit<D>& hit) {
     for (const auto& lamp : scene_.lamps) {
-      Bool<D> lit = (hit.id == R(lamp.id)) & vertex_.front;
+      Bool<D> lit = (hit.id == R(lamp.id)) & surface_.front;
       if (!settings_.bounces.is_everything()) lit = lit & counts(depth_);
       if (!lit.any()) continue;
       V3<D> light = throughput_ * V3<D>(lamp.radiance);
+      const Bool<D> is_delta = pdf_ == R(delta<T>);
       if (settings_.method == Method::mis) {
-        // The balance heuristic: pdf / (pdf + probability / inverse).
+        // Sampling the lamp finds this point with the density probability / inverse; not along a
+        // delta's direction, where infinity times 0 would be undefined.
         const R inverse = estimator_.inverse_lamp_pdf(lamp, ray_.origin, hit.distance);
-        const R weight = R(1) / (R(1) + R(lamp.probability) / (pdf_ * inverse));
+        const R lamp_over_bsdf = R(lamp.probability) / (pdf_ * inverse);
+        const R weight = balance_heuristic(select(is_delta, R(0), lamp_over_bsdf));
         light = light * weight;
-        lit = lit & (weight > R(0));  // not where lamp and vertex touch and nothing is defined
+        lit = lit & (weight > R(0));  // not where lamp and origin touch and nothing is defined
       } else if (settings_.method == Method::nee) {
-        lit = lit & (pdf_ == R(certain));
+        lit = lit & is_delta;
       }
       radiance_ = select(lit, radiance_ + estimator_.contribution(light, depth_), radiance_);
     }
@@ -372,32 +394,40 @@ class Packet {
 
   // A lamp for each path, chosen by its power, and a point on it.
   void choose_lamps(const Sample<D>& sample) {
-    Bool<D> left = alive_ & !vertex_.mirror;
+    Bool<D> left = alive_ & !surface_.bsdf.is_mirror;
     if (!settings_.bounces.is_everything()) left = left & counts(depth_ + R(1));
     for (const auto& lamp : scene_.lamps) {
       const bool is_last = &lamp == &scene_.lamps.back();
       const Bool<D> chosen = is_last ? left : left & (sample.u < R(lamp.choice_end));
       left = left & !chosen;
       if (!chosen.any()) continue;
-      // Rounding may make it a little more than 1, which does the maps no harm.
-      const R u = (sample.u - R(lamp.choice_begin)) / R(lamp.probability);
-      send_light(lamp, chosen, estimator_.sample_lamp(lamp, vertex_.point, u, sample.v));
+      // Below the last bit of `u`, `w` says where in a rare lamp's share it lies. Rounding may make
+      // it a little more than 1, which does the maps no harm.
+      const R in_share = fma(sample.w, R(lamp.jitter), sample.u - R(lamp.choice_begin));
+      const R u = in_share / R(lamp.probability);
+      sample_direct(lamp, chosen, estimator_.sample_lamp(lamp, surface_.point, u, sample.v));
     }
   }
 
-  void send_light(const PackedLamp<T>& lamp, Bool<D> chosen, const LampSample<D>& to_lamp) {
-    const R cosine = dot(vertex_.normal, to_lamp.direction);
+  // Adds throughput * f * cosine / pdf * radiance of the sampled point, whose density is that of
+  // the lamp's choice, `probability`, times that of the direction to the point, 1 / inverse_pdf.
+  // The balance heuristic's weight p / (p + q) replaces that density p by the sum of both ways' p +
+  // q.
+  void sample_direct(const PackedLamp<T>& lamp, Bool<D> chosen, const LampSample<D>& to_lamp) {
+    const Bsdf<D>& bsdf = surface_.bsdf;
+    const R f_cosine = bsdf.eval(to_lamp.direction);
+    R pdf(lamp.probability);  // here and below times inverse_pdf
+    if (settings_.method == Method::mis) {
+      pdf = estimator_.sum_of_pdfs(pdf, bsdf.pdf(to_lamp.direction) * to_lamp.inverse_pdf);
+    }
+    const V3<D> radiance = throughput_ * bsdf.reflectance * V3<D>(lamp.radiance) *
+                           (f_cosine * to_lamp.inverse_pdf / pdf);
     // Rounding can put a point of the lamp itself, or of another surface in its plane, before it.
-    const Bool<D> apart = vertex_.plane != R(lamp.plane);
-    chosen = chosen & to_lamp.visible & (cosine > R(0)) & apart;
-    // cosine / pi / pdf, where the balance heuristic adds the pdf of scattering there, cosine / pi.
-    const R share = cosine * R::inverse_pi() * to_lamp.inverse_pdf;
-    R probability(lamp.probability);
-    if (settings_.method == Method::mis) probability = estimator_.sum_of_pdfs(probability, share);
-    const V3<D> radiance = throughput_ * V3<D>(lamp.radiance) * (share / probability);
-    light_.ray.origin = vertex_.point;
-    light_.ray.leaves = vertex_.plane;
-    light_.ray.backward = select(chosen, -to_lamp.direction, light_.ray.backward);
+    const Bool<D> apart = surface_.plane != R(lamp.plane);
+    chosen = chosen & to_lamp.visible & (f_cosine > R(0)) & apart;
+    light_.ray.origin = surface_.point;
+    light_.ray.start = surface_.plane;
+    light_.ray.direction = select(chosen, to_lamp.direction, light_.ray.direction);
     light_.distance = select(chosen, to_lamp.distance, light_.distance);
     light_.lamp = select(chosen, R(lamp.id), light_.lamp);
     const V3<D> counted = estimator_.contribution(radiance, depth_ + R(1));
@@ -405,11 +435,10 @@ class Packet {
     light_.any = light_.any | chosen;
   }
 
-  // Russian roulette.
-  void survive(R w) {
-    const R survival = estimator_.survival(throughput_);
-    throughput_ = throughput_ * estimator_.survivor_weight(survival);
-    alive_ = alive_ & (w < survival);
+  void russian_roulette(R w) {
+    const R probability = estimator_.survival_probability(throughput_);
+    throughput_ = throughput_ * estimator_.survivor_weight(probability);
+    alive_ = alive_ & (w < probability);
   }
 
   // The sampler's pairs: two for each bounce, the ray's direction and the lamp.
@@ -417,9 +446,6 @@ class Packet {
     const Bits<D> depth = to_bits(depth_);
     return depth + depth + Bits<D>(which);
   }
-
-  // The density of a direction that could not have been another: the camera's or a mirror's.
-  static constexpr T certain = std::numeric_limits<T>::infinity();
 
   const PackedScene<T>& scene_;
   const Settings& settings_;
@@ -429,11 +455,11 @@ class Packet {
   SampleIndex<D> index_;
   Bool<D> busy_;   // lanes with a sample
   Bool<D> alive_;  // lanes whose path goes on
-  Ray<D> ray_;
+  RayLanes<D> ray_;
   R pdf_;    // of the ray's direction
   R depth_;  // bounces so far
   V3<D> throughput_, radiance_;
-  Vertex<D> vertex_;
+  SurfaceInteraction<D> surface_;
   DirectLight<D> light_;
   int64_t rays_ = 0;
 };
@@ -441,7 +467,7 @@ class Packet {
 // Two packets take turns at each stage: the processor has work from one while the other waits for
 // divisions and square roots.
 template <class Estimator>
-int64_t trace_paths(const TraceJob<typename Estimator::T>& job) {
+int64_t trace_paths(const TraceJob<PackedScene<typename Estimator::T>>& job) {
   Packet<Estimator> packets[2] = {Packet<Estimator>(job), Packet<Estimator>(job)};
   constexpr int steps_between_questions = 256;  // some milliseconds
   for (int step = 1;; ++step) {

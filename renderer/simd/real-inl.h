@@ -53,6 +53,9 @@ struct Real {
   friend HWY_INLINE Bool<D> operator!=(Real a, Real b) { return {hn::Ne(a.v, b.v)}; }
 
   friend HWY_INLINE Real fma(Real a, Real b, Real c) { return hn::MulAdd(a.v, b.v, c.v); }
+  // c - a * b and -(a * b) - c, rounded once.
+  friend HWY_INLINE Real fnma(Real a, Real b, Real c) { return hn::NegMulAdd(a.v, b.v, c.v); }
+  friend HWY_INLINE Real fnms(Real a, Real b, Real c) { return hn::NegMulSub(a.v, b.v, c.v); }
   friend HWY_INLINE Real sqrt(Real a) { return hn::Sqrt(a.v); }
   friend HWY_INLINE Real abs(Real a) { return hn::Abs(a.v); }
   friend HWY_INLINE Real min(Real a, Real b) { return hn::Min(a.v, b.v); }

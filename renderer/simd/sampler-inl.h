@@ -95,7 +95,7 @@ HWY_INLINE Bits<D> reverse_bits(Bits<D> v) {
 // "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; the constants are Vegdahl's, "Building a
 // Better LK Hash", 2021).
 template <class D>
-HWY_INLINE Bits<D> scramble_upward(Bits<D> v, Bits<D> seed) {
+HWY_INLINE Bits<D> laine_karras_permutation(Bits<D> v, Bits<D> seed) {
   v = v ^ v * 0x3d20adeau;
   v = v + seed;
   v = v * (seed.template right<16>() | 1u);
@@ -118,13 +118,14 @@ HWY_INLINE Bits<D> sobol_second_dimension(Bits<D> v) {
 HWY_INLINE Real<hn::ScalableTag<float>> to_unit_interval(Bits<hn::ScalableTag<float>> bits) {
   const hn::ScalableTag<float> d;
   const auto whole = hn::BitCast(hn::ScalableTag<int32_t>(), bits.right<8>().v);
-  return hn::Mul(hn::ConvertTo(d, whole), hn::Set(d, 0x1p-24f));
+  return hn::Mul(hn::ConvertTo(d, whole), hn::Set(d, unit_interval_step<float>));
 }
 
 HWY_INLINE Real<hn::ScalableTag<double>> to_unit_interval(Bits<hn::ScalableTag<double>> bits) {
   const hn::ScalableTag<double> d;
   const hn::Rebind<int32_t, hn::ScalableTag<double>> di;
-  return hn::Mul(hn::PromoteTo(d, hn::BitCast(di, bits.right<1>().v)), hn::Set(d, 0x1p-31));
+  return hn::Mul(hn::PromoteTo(d, hn::BitCast(di, bits.right<1>().v)),
+                 hn::Set(d, unit_interval_step<double>));
 }
 
 // Small whole numbers as bits.
@@ -158,9 +159,9 @@ struct SampleIndex {
 template <class D>
 HWY_INLINE Sample<D> draw_sobol(const SampleIndex<D>& s, Bits<D> pair) {
   const Hash3<D> hash = pcg3d(s.pixel, s.replicate, s.seed + pair);
-  const Bits<D> index = reverse_bits(scramble_upward(reverse_bits(s.index), hash.x));
-  const Bits<D> u = reverse_bits(scramble_upward(index, hash.y));
-  const Bits<D> v = reverse_bits(scramble_upward(sobol_second_dimension(index), hash.z));
+  const Bits<D> index = reverse_bits(laine_karras_permutation(reverse_bits(s.index), hash.x));
+  const Bits<D> u = reverse_bits(laine_karras_permutation(index, hash.y));
+  const Bits<D> v = reverse_bits(laine_karras_permutation(sobol_second_dimension(index), hash.z));
   const Bits<D> w = mix(s.index * 0x9e3779b9u + hash.x);
   return {to_unit_interval(u), to_unit_interval(v), to_unit_interval(w)};
 }

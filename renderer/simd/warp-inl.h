@@ -32,7 +32,8 @@ HWY_INLINE Frame<D> frame_around(V3<D> n) {
 
 // The direction at the cosine and sine from frame.z, turned around it by v of a full circle.
 template <class D>
-HWY_INLINE V3<D> turn(const Frame<D>& frame, Real<D> cosine, Real<D> sine, Real<D> v) {
+HWY_INLINE V3<D> spherical_direction(const Frame<D>& frame, Real<D> cosine, Real<D> sine,
+                                     Real<D> v) {
   const Real<D> angle = v * (Real<D>::pi() + Real<D>::pi());
   return fma(frame.x, sine * cos(angle), fma(frame.y, sine * sin(angle), frame.z * cosine));
 }
@@ -40,7 +41,7 @@ HWY_INLINE V3<D> turn(const Frame<D>& frame, Real<D> cosine, Real<D> sine, Real<
 // Cosine-weighted around frame.z (Malley's method). Density: cosine / pi.
 template <class D>
 HWY_INLINE V3<D> sample_cosine_hemisphere(const Frame<D>& frame, Real<D> u, Real<D> v) {
-  return turn(frame, sqrt(Real<D>(1) - u), sqrt(u), v);
+  return spherical_direction(frame, sqrt(Real<D>(1) - u), sqrt(u), v);
 }
 
 // A direction from a shading point to a lamp.
@@ -191,7 +192,7 @@ HWY_INLINE LampSample<D> sample_rectangle(const PackedLamp<hn::TFromD<D>>& lamp,
 template <class D>
 struct SeenTriangle {
   V3<D> a, b, c;
-  Real<D> volume;      // dot(a, cross(b, c)), from the triangle's own area: no digits cancel
+  Real<D> volume;      // dot(a, intersect(b, c)), from the triangle's own area: no digits cancel
   Real<D> complement;  // 1 + dot(a, b) + dot(b, c) + dot(c, a)
   Real<D> solid_angle;
   Real<D> z;
@@ -299,7 +300,7 @@ HWY_INLINE LampSample<D> sample_sphere(const PackedLamp<hn::TFromD<D>>& lamp, V3
   const R radius(lamp.radius);
   const R half_chord =
       sqrt(max(fma(radius, radius, -(s.distance * s.distance * squared_sine)), R(0)));
-  return {turn(frame_around(s.axis), cosine, sqrt(squared_sine), v),
+  return {spherical_direction(frame_around(s.axis), cosine, sqrt(squared_sine), v),
           fma(s.distance, cosine, -half_chord), s.solid_angle(), s.distance > radius};
 }
 
