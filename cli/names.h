@@ -26,7 +26,7 @@ template <typename Enum>
 using Words = std::vector<std::pair<std::string, Enum>>;
 
 inline const Words<Method> method_words{
-    {"bsdf", Method::bsdf}, {"nee", Method::nee}, {"mis", Method::mis}};
+    {"bsdf", Method::bsdf}, {"nee", Method::nee}, {"mis", Method::mis}, {"plain", Method::plain}};
 inline const Words<Sampler> sampler_words{{"sobol", Sampler::sobol},
                                           {"independent", Sampler::independent}};
 inline const Words<Precision> precision_words{{"float", Precision::float32},

@@ -32,6 +32,8 @@ struct Options {
   std::optional<SampleRange> samples;
   std::optional<RegionKind> mask;
   Fault fault = Fault::none;
+  std::optional<Sampler> sampler;
+  std::optional<Precision> precision;
   double exposure = 0.0;
 };
 
@@ -54,10 +56,11 @@ void add_options(CLI::App& command, Options& options) {
              "Samples A <= s < B of every pixel, for 'plumb merge'");
   add_option(command, "--method", "M", settings.method, one_of(method_words),
              "How paths find lamps: bsdf (by chance), nee (lamps are\n"
-             "sampled) or mis (both, weighted; default)");
-  add_option(command, "--sampler", "S", settings.sampler, one_of(sampler_words),
+             "sampled) or mis (both, weighted; default); or plain,\n"
+             "the same by slow, simple code in double precision");
+  add_option(command, "--sampler", "S", options.sampler, one_of(sampler_words),
              "sobol (Owen-scrambled; default) or independent");
-  add_option(command, "--precision", "P", settings.precision, one_of(precision_words),
+  add_option(command, "--precision", "P", options.precision, one_of(precision_words),
              "Arithmetic: float (default) or double");
   add_size_and_bounces(command, options.scene);
   add_option(command, "--seed", "N", settings.seed, number<uint32_t>(0, 0x7fffffff),
@@ -98,6 +101,15 @@ Limits limits_of(const Options& options, const Scene& scene) {
   return limits;
 }
 
+void complete(Options& options, const Scene& scene) {
+  Settings& settings = options.settings;
+  const bool is_plain = settings.method == Method::plain;
+  settings.bounces = scene.request.bounces;
+  settings.sampler = options.sampler.value_or(is_plain ? Sampler::independent : Sampler::sobol);
+  settings.precision =
+      options.precision.value_or(is_plain ? Precision::float64 : Precision::float32);
+}
+
 std::string rate(const Cost& cost, int64_t count) {
   return fmt::format("{:.1f} M", static_cast<double>(count) / 1e6 / cost.wall_seconds);
 }
@@ -131,7 +143,7 @@ int run(Options options) {
   check_outputs(options.outputs);
   Scene scene = load_scene(options.scene);
   const Limits limits = limits_of(options, scene);
-  options.settings.bounces = scene.request.bounces;
+  complete(options, scene);
   if (options.mask) {
     write_images(to_image(region_mask(scene, *options.mask), scene.camera), options);
     return 0;

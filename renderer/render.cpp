@@ -15,6 +15,7 @@
 #include <stdexcept>
 
 #include "renderer/faults.h"
+#include "renderer/plain_path_tracer.h"
 #include "renderer/trace.h"
 
 namespace plumb {
@@ -156,10 +157,15 @@ std::string why_unfinished(const Cost& cost) {
 Cost render(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
             const ProgressCallback& progress, const std::atomic<bool>* stop) {
   if (limits.samples.count() <= 0) throw std::invalid_argument("no samples to render");
+  const bool is_plain = settings.method == Method::plain;
   const bool is_double = settings.precision == Precision::float64;
-  if (settings.fault != Fault::none && is_double) {
-    throw std::invalid_argument("a fault of the tracer: float only");
+  if (settings.fault != Fault::none && (is_plain || is_double)) {
+    throw std::invalid_argument("a fault of the tracer: float only, and no plain one");
   }
+  if (is_plain && (!is_double || settings.sampler != Sampler::independent)) {
+    throw std::invalid_argument("the plain path tracer draws independent numbers and is in double");
+  }
+  if (is_plain) return render_as<PlainScene>(scene, settings, limits, film, progress, stop);
   if (is_double) {
     return render_as<PackedScene<double>>(scene, settings, limits, film, progress, stop);
   }

@@ -6,9 +6,10 @@
 
 namespace plumb {
 
-// How a path finds the lamps: by chance, by sampling them, or by both with the balance heuristic
-// (Veach 1997, ch. 9).
-enum class Method { bsdf, nee, mis };
+// How a path finds the lamps: by chance, when it samples the BSDF; by sampling them (next event
+// estimation); or by both with the balance heuristic (Veach 1997, ch. 9). `plain` is both, too, by
+// the plain path tracer, which draws independent numbers in double precision only.
+enum class Method { bsdf, nee, mis, plain };
 
 // Where random numbers come from: independent ones, or an Owen-scrambled Sobol' sequence with a
 // scramble of its own for each pixel and replicate.
@@ -33,6 +34,7 @@ struct BounceRange {
   int first = 0;
   int last = std::numeric_limits<int>::max();
 
+  bool contains(int bounces) const { return bounces >= first && bounces <= last; }
   bool is_everything() const { return first == 0 && last == BounceRange{}.last; }
 };
 

@@ -41,6 +41,11 @@ std::vector<Settings> all_settings() {
       }
     }
   }
+  all.push_back({.method = Method::plain,
+                 .sampler = Sampler::independent,
+                 .precision = Precision::float64,
+                 .seed = 5,
+                 .bounces = {}});
   return all;
 }
 

@@ -259,6 +259,14 @@ class Differential : public testing::TestWithParam<int> {
     expect_agreement(ours, pool(mean, variance), what + " Mitsuba");
   }
 
+  static Settings plain(uint32_t seed) {
+    return {.method = Method::plain,
+            .sampler = Sampler::independent,
+            .precision = Precision::float64,
+            .seed = seed,
+            .bounces = {}};
+  }
+
   fs::path folder_;
 };
 
@@ -287,6 +295,7 @@ TEST_P(Differential, MethodsSamplersAndPrecisionsAgree) {
             fmt::format("scene {} method {} precision {}", i, int(method), int(precision)));
       }
     }
+    expect_agreement(draw(scene, plain(++seed), 128), truth, fmt::format("scene {} plain", i));
     const Pools ours = draw(scene, settings(Method::mis, Precision::float64), 4096);
     hold_against_mitsuba(scene, file, ours, fmt::format("scene {}", i));
     if (HasFailure()) FAIL() << "the scene is kept: " << file;
@@ -310,6 +319,8 @@ TEST_P(Differential, FurnacesAreEven) {
             fmt::format("furnace {} method {} precision {}", i, int(method), int(precision)));
       }
     }
+    expect_agreement(draw(scene, plain(uint32_t(i)), 64), truth,
+                     fmt::format("furnace {} plain", i));
     if (HasFailure()) FAIL() << "the scene is kept: " << file;
   }
 }

@@ -215,6 +215,8 @@ struct Estimator {
 //   radiance = sum over vertices of throughput * (weight * emission that the path meets
 //                                                 + weight * f * cosine / pdf * a sampled lamp's)
 //   throughput = product over vertices of f * cosine / pdf / probability of survival
+//
+// plain_path_tracer.cpp is the same for one path at a time.
 template <class Estimator>
 class Packet {
   using D = typename Estimator::D;

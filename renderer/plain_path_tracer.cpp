@@ -1,0 +1,191 @@
+// A pixel's value is the integral over paths x0 x1 ... xn from the camera to a lamp, for all n
+// (Veach 1997, section 8.2, with each area integral but the first turned into one over directions),
+//
+//   sum over n of  integral of  filter(x0 x1) * product over i of f_i cos_i * Le(xn)
+//
+// where f_i is the BSDF and cos_i the cosine of the direction that leaves x_i. The estimate is that
+// integrand over the density with which the path has been sampled: each vertex multiplies the
+// `throughput` by f cos / pdf. The last direction, that to the lamp, is sampled in two ways, and
+// the balance heuristic weights the two samples (section 9.2.2). A throughput of T goes on with the
+// probability q, as T / q (Russian roulette).
+#include "renderer/plain_path_tracer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <utility>
+
+namespace plumb {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double delta = std::numeric_limits<double>::infinity();  // the pdf of the only direction
+
+double balance_heuristic(double p, double q) { return p == delta ? 1.0 : p / (p + q); }
+
+double area(const Surface& surface) {
+  if (surface.sphere() != nullptr) return 4.0 * pi * std::pow(surface.sphere()->radius, 2);
+  const auto& c = surface.polygon()->corners;
+  return (c[1] - c[0]).cross(c.back() - c[0]).length() / (c.size() == 3 ? 2.0 : 1.0);
+}
+
+// The direction whose cosine to the unit vector `axis` is given, turned around it by a part of the
+// full circle.
+Vec3 direction_around(const Vec3& axis, double cosine, double part) {
+  const Vec3 other = std::abs(axis.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  const Vec3 x = axis.cross(other).normalized();
+  const double angle = 2.0 * pi * part;
+  const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
+  return (x * std::cos(angle) + axis.cross(x) * std::sin(angle)) * sine + axis * cosine;
+}
+
+class Path {
+ public:
+  Path(const TraceJob<PlainScene>& job, int64_t pixel, int64_t sample)
+      : scene_(job.scene), bounces_(job.settings.bounces), is_abandoned_(job.is_abandoned) {
+    std::seed_seq seed{int64_t{job.settings.seed}, pixel, sample};
+    random_.seed(seed);
+    const Camera& camera = scene_.camera;
+    const double x = sample_filter(static_cast<int>(pixel % camera.width), camera.width);
+    const double y = sample_filter(static_cast<int>(pixel / camera.width), camera.height);
+    ray_ = {camera.origin, camera.direction(x, y).normalized()};
+  }
+
+  // Of a path that is abandoned, the part that it has so far.
+  Vec3 radiance() {
+    for (int bounces = 0; bounces % 1024 != 1023 || !is_abandoned_(bounces); ++bounces) {
+      const auto [surface, distance] = nearest(ray_);
+      if (surface == nullptr) break;
+      const Vec3 point = ray_.at(distance);
+      const bool is_front = surface->normal(point).dot(ray_.direction) < 0.0;
+      const Vec3 normal = surface->normal(point) * (is_front ? 1.0 : -1.0);
+      const Bsdf& bsdf = surface->shape->bsdf;
+      if (is_front && bounces_.contains(bounces)) {
+        const double weight = balance_heuristic(pdf_, lamp_pdf(*surface, ray_, distance));
+        radiance_ += throughput_ * surface->shape->radiance * weight;
+      }
+      if (!(is_front || bsdf.two_sided) || bounces >= bounces_.last) break;
+      const bool is_diffuse = bsdf.kind == Bsdf::Kind::diffuse;
+      if (is_diffuse && bounces_.contains(bounces + 1)) add_lamp(point, normal, bsdf);
+      ray_ = {point, sample_direction(normal, bsdf)};
+      const double survival =
+          std::min(1.0, 3.0 * std::ranges::max({throughput_.x, throughput_.y, throughput_.z}));
+      if (random() >= survival) break;
+      throughput_ /= survival;
+    }
+    return radiance_;
+  }
+
+  int64_t rays() const { return rays_; }
+
+ private:
+  double random() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
+
+  std::pair<const Surface*, double> nearest(const Ray& ray) {
+    ++rays_;
+    return find_nearest(scene_.surfaces, ray, scene_.margin);
+  }
+
+  // A coordinate in the picture, in proportion to the pixel's filter.
+  double sample_filter(int pixel, int size) {
+    const Filter& filter = scene_.camera.filter;
+    while (true) {
+      const double from_middle = (2.0 * random() - 1.0) * filter.radius();
+      const double x = pixel + 0.5 + from_middle;
+      const bool counts = filter.crosses_border || (x >= 0.0 && x <= size);
+      if (counts && random() * filter.weight(0.0) < filter.weight(from_middle)) return x;
+    }
+  }
+
+  // The density, with respect to solid angle at the ray's origin, of the point at that distance on
+  // a lamp whose points are sampled evenly by area: that by area, times distance^2 / cosine.
+  double lamp_pdf(const Surface& lamp, const Ray& ray, double distance) const {
+    const double chance = scene_.choice[size_t(&lamp - scene_.surfaces.data())];
+    const double cosine = -lamp.normal(ray.at(distance)).dot(ray.direction);
+    return chance / area(lamp) * distance * distance / cosine;
+  }
+
+  Vec3 sample_point(const Surface& lamp) {
+    double u = random(), v = random();
+    if (const Sphere* sphere = lamp.sphere()) {
+      return sphere->center + direction_around({0, 0, 1}, 2.0 * u - 1.0, v) * sphere->radius;
+    }
+    const auto& c = lamp.polygon()->corners;
+    if (c.size() == 3 && u + v > 1.0) u = 1.0 - u, v = 1.0 - v;
+    return c[0] + (c[1] - c[0]) * u + (c.back() - c[0]) * v;
+  }
+
+  // Adds the light of a point that is sampled on a lamp, if nothing is in the way.
+  void add_lamp(const Vec3& point, const Vec3& normal, const Bsdf& bsdf) {
+    const auto& choice = scene_.choice;
+    size_t i = 0;
+    for (double u = random(); i + 1 < choice.size() && u >= choice[i]; ++i) u -= choice[i];
+    if (choice[i] == 0.0) return;  // there's no lamp
+    const Surface& lamp = scene_.surfaces[i];
+    const Vec3 on_lamp = sample_point(lamp);
+    const double distance = (on_lamp - point).length();
+    const Ray ray{point, (on_lamp - point) / distance};
+    const double cosine = normal.dot(ray.direction);
+    if (!(cosine > 0.0 && lamp.normal(on_lamp).dot(ray.direction) < 0.0)) return;
+    if (nearest(ray).second < distance - scene_.margin) return;
+    const Vec3 f = bsdf.reflectance / pi;
+    const double pdf = lamp_pdf(lamp, ray, distance);
+    const double weight = balance_heuristic(pdf, cosine / pi);
+    radiance_ += throughput_ * f * cosine / pdf * lamp.shape->radiance * weight;
+  }
+
+  // Samples the BSDF, and multiplies the throughput by f * cosine / pdf.
+  Vec3 sample_direction(const Vec3& normal, const Bsdf& bsdf) {
+    if (bsdf.kind == Bsdf::Kind::conductor) {
+      pdf_ = delta;
+      throughput_ *= bsdf.reflectance;  // f and pdf have the same delta
+      return (ray_.direction - normal * (2.0 * normal.dot(ray_.direction))).normalized();
+    }
+    const double cosine = std::sqrt(1.0 - random());  // so that the density is
+    pdf_ = cosine / pi;
+    const Vec3 f = bsdf.reflectance / pi;
+    throughput_ *= f * cosine / pdf_;
+    return direction_around(normal, cosine, random());
+  }
+
+  const PlainScene& scene_;
+  const BounceRange& bounces_;
+  const std::function<bool(int64_t)>& is_abandoned_;
+  std::mt19937_64 random_;
+  Ray ray_;
+  double pdf_ = delta;  // of the ray's direction
+  Vec3 throughput_{1.0}, radiance_{0.0};
+  int64_t rays_ = 0;
+};
+
+}  // namespace
+
+PlainScene::PlainScene(const Scene& scene) : camera(scene.camera), surfaces(list_surfaces(scene)) {
+  double size = 0.0, total = 0.0;
+  for (const Surface& surface : surfaces) {
+    size = std::max(size, std::sqrt(area(surface)));
+    choice.push_back(area(surface) * surface.shape->radiance.dot(Vec3(1.0)));
+    total += choice.back();
+  }
+  for (double& power : choice) power /= std::max(total, std::numeric_limits<double>::min());
+  margin = 1e-7 * size;
+}
+
+int64_t trace(const TraceJob<PlainScene>& job) {
+  int64_t rays = 0;
+  for (int64_t pixel; (pixel = job.next_pixel++) < job.film.pixel_count();) {
+    job.film.open(size_t(pixel));
+    for (int64_t sample = job.samples.first; sample < job.samples.last; ++sample) {
+      Path path(job, pixel, sample);
+      const Vec3 radiance = path.radiance();
+      if (job.is_abandoned(0)) return rays;
+      job.film.add(size_t(pixel), size_t(sample % Film::replicates), &radiance.x, 1);
+      rays += path.rays();
+    }
+  }
+  return rays;
+}
+
+}  // namespace plumb
