@@ -36,7 +36,7 @@ class Plan:
     scenes: tuple = ("cornell", "seed")
     methods: str = "bsdf,nee,mis"
     samplers: str = "sobol,independent"
-    last: int = 512
+    last: int = 256
     best: int = 4096  # samples of our picture that is judged and shown
     runs: int = 3
     cut_bounces: str = "0:5"  # a biased series: its floor is to be seen
