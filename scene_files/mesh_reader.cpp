@@ -64,14 +64,19 @@ class MeshBuilder {
     Polygon face;
     for (const Corner& corner : corners) face.corners.push_back(vertices_[corner.vertex]);
     if (corners.size() <= 4 && is_flat_and_convex(face)) return keep(face, corners);
+    bool is_folded = false;
+    std::optional<Vec3> first;  // triangle's normal
     for (size_t i = 2; i < corners.size(); ++i) {
       const Polygon triangle{{face.corners[0], face.corners[i - 1], face.corners[i]}};
       if (is_flat_and_convex(triangle)) {
+        if (!first) first = triangle.normal();
+        is_folded |= triangle.normal().dot(*first) < 0.0;
         keep(triangle, {corners[0], corners[i - 1], corners[i]});
       } else {
         ++mesh_.without_area;
       }
     }
+    mesh_.folded += is_folded ? 1 : 0;
   }
 
  private:

@@ -378,7 +378,18 @@ class Reader {
       file_.refuse(error.what());
       return {};
     }
+    constexpr size_t most_faces = 100'000;  // those in one plane are sought pair by pair
     if (mesh.faces.empty()) file_.refuse(path.string() + ": there are no faces");
+    if (mesh.faces.size() > most_faces) {
+      file_.refuse(fmt::format("{}: has {} faces; supported: up to {}", path.string(),
+                               mesh.faces.size(), most_faces));
+    }
+    if (mesh.folded > 0) {
+      file_.note(
+          fmt::format("{}: {} faces are concave or cross themselves; the triangles 1-2-3, "
+                      "1-3-4, ... of them overlap, and which of these is seen is undefined",
+                      path.string(), mesh.folded));
+    }
     if (mesh.without_area > 0) {
       file_.note(fmt::format("{}: {} faces have no area and are left out", path.string(),
                              mesh.without_area));
@@ -413,7 +424,7 @@ class Reader {
       shape.geometry = is_file ? read_mesh(node, to_world) : read_rectangle_or_cube(node, to_world);
     }
     const xml_node emitter = node.child("emitter");
-    constexpr double highest_radiance = std::numeric_limits<float>::max();
+    constexpr double highest_radiance = 1e30;  // far from float's largest, times any weight
     if (emitter) shape.radiance = read_color(emitter, "radiance", 1.0, highest_radiance);
     // Without a BSDF a lamp is black, in Mitsuba too.
     if (emitter) shape.bsdf.reflectance = Rgb(0.0);

@@ -374,6 +374,26 @@ TEST_F(MeshFileTest, CutsFacesOfManyCornersAndLeavesOutThoseWithoutArea) {
   expect_note(scene, "1 faces have no area and are left out");
 }
 
+TEST_F(MeshFileTest, SaysWhereTrianglesOfOneFaceOverlap) {
+  const std::string dented = "v 0 0 0\nv 2 0 0\nv 0.5 0.5 0\nv 0 2 0\n";
+  EXPECT_TRUE(read_file("obj", dented + "f 1 2 3 4\n").notes.empty());  // from the dent: no overlap
+  expect_note(read_file("obj", dented + "f 2 3 4 1\n"), "1 faces are concave or cross themselves");
+  expect_note(read_file("obj", square + "f 1 3 2 4\n"), "1 faces are concave or cross themselves");
+  EXPECT_TRUE(read_file("obj", square + "v -1 0.5 0\nf 1 2 3 4 5\n").notes.empty());
+}
+
+TEST_F(MeshFileTest, RefusesMoreFacesThanCanBePrepared) {
+  std::string text = square;
+  for (int i = 0; i < 100001; ++i) text += "f 1 2 3\n";
+  try {
+    read_file("obj", text);
+    FAIL();
+  } catch (const SceneError& error) {
+    EXPECT_NE(std::string(error.what()).find("has 100001 faces; supported: up to 100000"),
+              std::string::npos);
+  }
+}
+
 TEST_F(MeshFileTest, ReadsPly) {
   const std::string text =
       "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
