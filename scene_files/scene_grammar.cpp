@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "renderer/scene.h"
+
 namespace plumb {
 namespace {
 
@@ -32,6 +34,7 @@ const std::string shape =
     "transform to_world, boolean flip_normals, bsdf, emitter, float silhouette_sampling_weight~";
 const std::string mesh =
     "string filename!, boolean face_normals, boolean flip_tex_coords~, boolean collapse~, " + shape;
+const std::string fov_axes = fmt::format("{}", fmt::join(Camera::fov_axis_names, "|"));
 
 const std::map<std::string, std::string> grammar = {
     {"", "scene!"},
@@ -44,10 +47,11 @@ const std::map<std::string, std::string> grammar = {
     {"integrator direct",
      "integer emitter_samples~, integer bsdf_samples~, integer shading_samples~, " + integrator},
     {"sensor perspective",
-     "float fov, string fov_axis=x|y|diagonal|smaller|larger, string focal_length, "
-     "float focus_distance~, float near_clip, float far_clip, float shutter_open~, "
-     "float shutter_close~, float principal_point_offset_x, "
-     "float principal_point_offset_y, transform to_world, film, sampler"},
+     "float fov, string fov_axis=" + fov_axes +
+         ", string focal_length, "
+         "float focus_distance~, float near_clip, float far_clip, float shutter_open~, "
+         "float shutter_close~, float principal_point_offset_x, "
+         "float principal_point_offset_y, transform to_world, film, sampler"},
     {"film hdrfilm", film},
     {"film ldrfilm", film + ", string tonemap_method~"},
     {"rfilter box", ""},
