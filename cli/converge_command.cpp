@@ -95,20 +95,6 @@ std::vector<std::pair<Settings, int64_t>> plan(const Options& options) {
   return renders;
 }
 
-// What makes a kept render the same as a new one: all but its time, its noise and the machine.
-bool is_same_render(const Image& kept, const Image& planned) {
-  for (const char* key :
-       {"version", "sceneHash", "method", "sampler", "precision", "bounces", "samples"}) {
-    if (metadata_value<std::string>(kept.metadata, key) !=
-        metadata_value<std::string>(planned.metadata, key)) {
-      return false;
-    }
-  }
-  return kept.width == planned.width && kept.height == planned.height &&
-         metadata_value<int>(kept.metadata, "seed") ==
-             metadata_value<int>(planned.metadata, "seed");
-}
-
 // Renders, or takes what an earlier run has kept. No picture after an interrupt.
 std::optional<Image> picture_of(const Scene& scene, const Settings& settings, int64_t samples,
                                 const std::string& keep) {
@@ -120,14 +106,14 @@ std::optional<Image> picture_of(const Scene& scene, const Settings& settings, in
                                                      samples, settings.seed);
   if (!keep.empty() && fs::exists(file)) {
     Image kept = read_image(file);
-    const Image planned{
-        film.width(), film.height(), {}, {}, describe(scene, settings, range, film, {})};
-    if (is_same_render(kept, planned)) return kept;
+    const bool has_size = kept.width == film.width() && kept.height == film.height();
+    const Provenance planned = describe(scene, settings, range, film, {});
+    if (has_size && is_same_render(kept.provenance, planned)) return kept;
   }
   const Cost cost = render(scene, settings, {.samples = range}, film, {}, &stop_requested);
   if (stop_requested) return {};
   Image image = to_image(film, false);
-  image.metadata = describe(scene, settings, range, film, cost);
+  image.provenance = describe(scene, settings, range, film, cost);
   if (!keep.empty()) write_image(image, file);
   return image;
 }

@@ -57,7 +57,7 @@ Image to_image(const RegionMask& mask, const Camera& camera) {
   // An odd factor modulo 2^24 gives every index another colour.
   const auto color = [](int region) { return unsigned(region + 1) * 0x9e3779U & 0xffffffU; };
   for (size_t i = 0; i < mask.names.size(); ++i) {
-    image.metadata.emplace_back(fmt::format("region#{:06X}", color(int(i))), mask.names[i]);
+    image.provenance.regions.emplace_back(fmt::format("#{:06X}", color(int(i))), mask.names[i]);
   }
   for (const int region : mask.regions) {
     for (const int shift : {16, 8, 0}) {
@@ -88,25 +88,25 @@ void add_part(Film& film, const Image& part, const SampleRange& samples) {
   }
 }
 
-Metadata describe(const Scene& scene, const Settings& settings, const SampleRange& samples,
-                  const Film& film, const Cost& cost) {
-  return {{"renderer", "plumbline"},
-          {"version", PLUMB_VERSION},
-          {"scene", scene.name},
-          {"sceneHash", scene.hash},
-          {"sceneNotes", fmt::format("{}", fmt::join(scene.notes, "\n"))},
-          {"method", to_word(settings.method, method_words)},
-          {"sampler", to_word(settings.sampler, sampler_words)},
-          {"precision", to_word(settings.precision, precision_words)},
-          {"bounces", to_string(settings.bounces)},
-          {"seed", static_cast<int>(settings.seed)},
-          {"samples", to_string(samples)},
-          {"replicates", Film::replicates},
-          {"relativeError", film.relative_error()},
-          {"wallSeconds", cost.wall_seconds},
-          {"cpuSeconds", cost.cpu_seconds},
-          {"rays", static_cast<double>(cost.rays)},
-          {"host", fmt::format("{}, {}", host(settings.threads), trace_target())}};
+Provenance describe(const Scene& scene, const Settings& settings, const SampleRange& samples,
+                    const Film& film, const Cost& cost) {
+  return {.renderer = "plumbline",
+          .version = PLUMB_VERSION,
+          .scene = scene.name,
+          .scene_hash = scene.hash,
+          .scene_notes = fmt::format("{}", fmt::join(scene.notes, "\n")),
+          .method = to_word(settings.method, method_words),
+          .sampler = to_word(settings.sampler, sampler_words),
+          .precision = to_word(settings.precision, precision_words),
+          .bounces = to_string(settings.bounces),
+          .seed = static_cast<int>(settings.seed),
+          .samples = to_string(samples),
+          .replicates = Film::replicates,
+          .relative_error = film.relative_error(),
+          .wall_seconds = cost.wall_seconds,
+          .cpu_seconds = cost.cpu_seconds,
+          .rays = static_cast<double>(cost.rays),
+          .host = fmt::format("{}, {}", host(settings.threads), trace_target())};
 }
 
 }  // namespace plumb

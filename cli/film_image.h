@@ -1,5 +1,5 @@
 // From films and masks to images and back: the picture with its noise, the replicates that merging
-// needs, and the metadata.
+// needs, and the provenance.
 #pragma once
 
 #include "images/image.h"
@@ -17,7 +17,7 @@ namespace plumb {
 // the mean of each replicate r that has samples, as replicate<r>.R G B.
 Image to_image(const Film& film, bool is_part);
 
-// A colour for each region and black for none; metadata "region#RRGGBB" says the regions' names.
+// A colour for each region and black for none; the provenance says the regions' names.
 Image to_image(const RegionMask& mask, const Camera& camera);
 
 // Adds the samples of a part. Throws ImageError if it has another size or lacks a replicate.
@@ -27,7 +27,7 @@ void add_part(Film& film, const Image& part, const SampleRange& samples);
 std::string host(int most_threads);
 
 // All that the picture depends on, how noisy it is, and what it has cost.
-Metadata describe(const Scene& scene, const Settings& settings, const SampleRange& samples,
-                  const Film& film, const Cost& cost);
+Provenance describe(const Scene& scene, const Settings& settings, const SampleRange& samples,
+                    const Film& film, const Cost& cost);
 
 }  // namespace plumb

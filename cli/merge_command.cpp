@@ -5,8 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <variant>
+#include <utility>
 #include <vector>
 
 #include "cli/commands.h"
@@ -16,46 +15,10 @@
 namespace plumb::cli {
 namespace {
 
-// What parts must have in common.
-constexpr const char* common_keys[] = {"renderer", "version", "scene",   "sceneHash", "method",
-                                       "sampler",  "seed",    "bounces", "precision", "replicates"};
-
 struct Options {
   std::vector<std::string> parts;
   std::string output;
 };
-
-Metadata::value_type::second_type& find(Metadata& metadata, std::string_view key) {
-  const auto entry = std::ranges::find(metadata, key, &Metadata::value_type::first);
-  if (entry != metadata.end()) return entry->second;
-  throw ImageError(fmt::format("not a part of a render: lacks {}", key));
-}
-
-template <typename T>
-T& get(Metadata& metadata, std::string_view key) {
-  T* value = std::get_if<T>(&find(metadata, key));
-  if (value == nullptr) throw ImageError(fmt::format("not a part of a render: odd {}", key));
-  return *value;
-}
-
-// Adds a part's metadata to the whole's.
-void add(Metadata& whole, Metadata& part) {
-  for (const char* key : common_keys) {
-    if (find(whole, key) != find(part, key)) {
-      throw ImageError(fmt::format("not the same {} as in the parts before", key));
-    }
-  }
-  const auto fault = [](const Metadata& metadata) {
-    return metadata_value<std::string>(metadata, "fault");
-  };
-  if (fault(whole) != fault(part)) throw ImageError("not the same fault as in the parts before");
-  for (const char* key : {"wallSeconds", "cpuSeconds", "rays"}) {
-    get<double>(whole, key) += get<double>(part, key);
-  }
-  auto& hosts = get<std::string>(whole, "host");
-  const auto& host = get<std::string>(part, "host");
-  if (hosts.find(host) == std::string::npos) hosts += "; " + host;
-}
 
 SampleRange join(std::vector<SampleRange> parts) {
   std::ranges::sort(parts, {}, &SampleRange::first);
@@ -73,29 +36,30 @@ void run(const Options& options) {
   check_writable(options.output);
   std::vector<SampleRange> parts;
   std::optional<Film> film;
-  Metadata metadata;
+  Provenance provenance;
   for (const std::string& file : options.parts) {
     Image image = read_image(file);
     try {
-      parts.push_back(parse_samples(get<std::string>(image.metadata, "samples")));
+      if (!image.provenance.samples) throw ImageError("not a part of a render: lacks samples");
+      parts.push_back(parse_samples(*image.provenance.samples));
       if (!film) {
         film.emplace(image.width, image.height);
-        metadata = image.metadata;
+        provenance = image.provenance;
       } else {
-        add(metadata, image.metadata);
+        add_part(provenance, image.provenance);
       }
       add_part(*film, image, parts.back());
     } catch (const std::exception& error) {
       throw ImageError(fmt::format("{}: {}", file, error.what()));
     }
   }
-  get<std::string>(metadata, "samples") = to_string(join(parts));
-  get<double>(metadata, "relativeError") = film->relative_error();
+  provenance.samples = to_string(join(parts));
+  provenance.relative_error = film->relative_error();
   Image whole = to_image(*film, true);
-  whole.metadata = std::move(metadata);
+  whole.provenance = std::move(provenance);
   write_image(whole, options.output);
   fmt::print("{}: {} spp from {} parts, relative error {:.2f} %\nwrote {}\n",
-             get<std::string>(whole.metadata, "scene"), film->samples_per_pixel(), parts.size(),
+             whole.provenance.scene.value_or(""), film->samples_per_pixel(), parts.size(),
              100.0 * film->relative_error(), options.output);
 }
 

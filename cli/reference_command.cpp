@@ -54,22 +54,22 @@ void add_options(CLI::App& command, Options& options) {
              "Threads at most (default: one per processor)");
 }
 
-Metadata describe(const Scene& scene, const ReferenceSettings& settings,
-                  const Reference& reference) {
-  return {{"renderer", reference.program},
-          {"version", reference.version},
-          {"scene", scene.name},
-          {"sceneHash", scene.hash},
-          {"bounces", to_string(settings.bounces)},
-          {"quality", to_word(settings.quality, qualities)},
-          {"settings", fmt::format("{}", fmt::join(settings.overrides, " "))},
-          {"seed", settings.first_seed},
-          {"samples", to_string(SampleRange{0, reference.samples_per_pixel})},
-          {"replicates", reference.seeds},
-          {"wallSeconds", reference.wall_seconds},
-          {"processSeconds", reference.process_seconds},
-          {"runs", reference.runs},
-          {"host", host(settings.threads)}};
+Provenance describe(const Scene& scene, const ReferenceSettings& settings,
+                    const Reference& reference) {
+  return {.renderer = reference.program,
+          .version = reference.version,
+          .scene = scene.name,
+          .scene_hash = scene.hash,
+          .bounces = to_string(settings.bounces),
+          .quality = to_word(settings.quality, qualities),
+          .settings = fmt::format("{}", fmt::join(settings.overrides, " ")),
+          .seed = settings.first_seed,
+          .samples = to_string(SampleRange{0, reference.samples_per_pixel}),
+          .replicates = reference.seeds,
+          .wall_seconds = reference.wall_seconds,
+          .process_seconds = reference.process_seconds,
+          .runs = reference.runs,
+          .host = host(settings.threads)};
 }
 
 int run(Options options) {
@@ -89,7 +89,7 @@ int run(Options options) {
     fmt::print(stderr, "plumb: interrupted before the first picture was finished\n");
     return 128 + stop_signal;
   }
-  reference.image.metadata = describe(scene, options.settings, reference);
+  reference.image.provenance = describe(scene, options.settings, reference);
   write_image(reference.image, options.output);
   fmt::print("{}, {}x{} by {}: {} in {:.1f} s\nwrote {}\n", scene.name, scene.camera.width,
              scene.camera.height, reference.program,

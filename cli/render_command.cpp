@@ -163,11 +163,9 @@ int run(Options options) {
 
   const int64_t first = limits.samples.first;
   Image image = to_image(film, options.samples.has_value());
-  image.metadata =
+  image.provenance =
       describe(scene, options.settings, {first, first + film.samples_per_pixel()}, film, cost);
-  if (options.fault != Fault::none) {
-    image.metadata.emplace_back("fault", fault_name(options.fault));
-  }
+  if (options.fault != Fault::none) image.provenance.fault = fault_name(options.fault);
   fmt::print("{}, {}x{}: {} spp in {:.2f} s ({}samples/s, {}rays/s), {}\n", scene.name,
              film.width(), film.height(), film.samples_per_pixel(), cost.wall_seconds,
              rate(cost, cost.samples), rate(cost, cost.rays), error_text(film.relative_error()));

@@ -106,7 +106,7 @@ Image draw_map(MapKind kind, const Picture& test, const Picture& reference, cons
               window.height + bar_height,
               {"R", "G", "B"},
               {},
-              {{"scale", number}}};
+              {.scale = number}};
   image.values.assign(image.pixel(0, image.height) * 3, 1.0F);
   for (int y = 0; y < window.height; ++y) {
     for (int x = 0; x < window.width; ++x) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <map>
 #include <optional>
@@ -86,15 +85,8 @@ void choose(Picture& picture, const Names& channels) {
 
 }  // namespace
 
-double Picture::samples_per_pixel() const {
-  const std::string range = metadata_value<std::string>(image.metadata, "samples").value_or("");
-  const size_t middle = range.find(':');
-  if (middle == std::string::npos) return 0.0;
-  return std::strtod(&range[middle + 1], nullptr) - std::strtod(range.c_str(), nullptr);
-}
-
 Picture to_picture(const std::string& side, Image image) {
-  const int replicates = metadata_value<int>(image.metadata, "replicates").value_or(2);
+  const int replicates = image.provenance.replicates.value_or(2);
   Picture picture{side, std::move(image), {}, {}, {}};
   picture.degrees_of_freedom = std::max(replicates, 2) - 1;
   return picture;
@@ -155,8 +147,9 @@ Regions read_regions(const std::filesystem::path& mask, int width, int height) {
     const auto [entry, is_new] = indices.emplace(colour, static_cast<int>(regions.names.size()));
     if (is_new) {
       const std::string code = fmt::format("#{:06X}", colour);
-      const auto name = metadata_value<std::string>(image.metadata, "region" + code);
-      regions.names.push_back(name.value_or(code));
+      const auto& named = image.provenance.regions;
+      const auto found = std::ranges::find(named, code, [](const auto& r) { return r.first; });
+      regions.names.push_back(found == named.end() ? code : found->second);
     }
     regions.of_pixel.push_back(entry->second);
   }

@@ -29,7 +29,7 @@ struct Picture {
   }
 
   // 0 if the file doesn't tell.
-  double samples_per_pixel() const;
+  double samples_per_pixel() const { return image.provenance.samples_per_pixel(); }
 };
 
 // One picture, which may say of how many replicates its variances are.

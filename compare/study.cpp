@@ -57,22 +57,19 @@ bool falls_slowly(const std::vector<Point>& points, size_t channel) {
 }  // namespace
 
 Label label_of(const Picture& picture) {
-  const Metadata& metadata = picture.image.metadata;
-  const auto text = [&](const char* key) {
-    return metadata_value<std::string>(metadata, key).value_or("");
-  };
-  Label label{text("renderer"), text("quality"), picture.samples_per_pixel(), 0.0, 0.0};
-  for (const char* key : {"method", "sampler", "settings", "fault"}) {
-    if (!text(key).empty()) label.series += fmt::format(" {}", text(key));
+  const Provenance& made = picture.image.provenance;
+  Label label{made.renderer.value_or(""), made.quality.value_or(""), picture.samples_per_pixel(),
+              0.0, 0.0};
+  for (const auto& words : {made.method, made.sampler, made.settings, made.fault}) {
+    if (!words.value_or("").empty()) label.series += " " + *words;
   }
-  if (text("precision") == "double") label.series += " double";
-  if (const std::string bounces = text("bounces"); !bounces.empty() && bounces != "0:") {
-    label.series += fmt::format(" bounces {}", bounces);
+  if (made.precision == "double") label.series += " double";
+  if (const std::string bounces = made.bounces.value_or("0:"); bounces != "0:") {
+    label.series += " bounces " + bounces;
   }
   if (label.samples > 0.0) label.step = fmt::format("{} spp", label.samples);
-  label.seconds = metadata_value<double>(metadata, "wallSeconds").value_or(0.0);
-  const auto whole = metadata_value<double>(metadata, "processSeconds");
-  if (whole) label.startup_seconds = *whole - label.seconds;
+  label.seconds = made.wall_seconds.value_or(0.0);
+  if (made.process_seconds) label.startup_seconds = *made.process_seconds - label.seconds;
   return label;
 }
 

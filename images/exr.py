@@ -1,5 +1,6 @@
 """What the project's scripts read of an EXR: what it says about itself, and its pixels."""
 
+import json
 import pathlib
 import struct
 import subprocess
@@ -18,14 +19,21 @@ def _fields(data):
     return found, at + 1
 
 
-def attributes(file):
-    """The text and number attributes 'plumbline:...' of an EXR file's header."""
+# Names in what provenance() returns, as provenance.cpp spells them.
+SCENE_HASH, WALL_SECONDS, HOST, RUNS = "sceneHash", "wallSeconds", "host", "runs"
+
+
+def provenance(file):
+    """What the picture says of itself: the attributes 'plumbline:...' of an EXR file's header."""
     formats = {b"double": "<d", b"int": "<i"}
     prefix = "plumbline:"
-    return {name[len(prefix):]: (struct.unpack(formats[kind], value)[0] if kind in formats
-                                 else value.decode())
-            for name, (kind, value) in _fields(file.read_bytes())[0].items()
-            if name.startswith(prefix)}
+    found = {name[len(prefix):]: (struct.unpack(formats[kind], value)[0] if kind in formats
+                                  else value.decode())
+             for name, (kind, value) in _fields(file.read_bytes())[0].items()
+             if name.startswith(prefix)}
+    if RUNS in found:
+        found[RUNS] = json.loads(found[RUNS])
+    return found
 
 
 def channels(file):

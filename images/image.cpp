@@ -18,6 +18,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "images/provenance_attributes.h"
+
 namespace plumb {
 namespace {
 
@@ -25,7 +27,6 @@ namespace fs = std::filesystem;
 
 using Bytes = std::vector<unsigned char>;
 
-constexpr std::string_view metadata_prefix = "plumbline:";
 constexpr const char* software = "Plumbline " PLUMB_VERSION;
 
 // Rec. 709: x and y of red, green, blue and white (D65).
@@ -56,19 +57,6 @@ Bytes encode(const char* format, const OIIO::ImageSpec& spec, const void* pixels
   return bytes;
 }
 
-void add_metadata(OIIO::ImageSpec& spec, const Metadata& metadata) {
-  for (const auto& [key, value] : metadata) {
-    const std::string name = fmt::format("{}{}", metadata_prefix, key);
-    if (const auto* number = std::get_if<double>(&value)) {
-      spec.attribute(name, OIIO::TypeDesc::DOUBLE, number);
-    } else if (const auto* integer = std::get_if<int>(&value)) {
-      spec.attribute(name, *integer);
-    } else {
-      spec.attribute(name, std::get<std::string>(value));
-    }
-  }
-}
-
 Bytes encode_exr(const Image& image, const fs::path& file) {
   OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(image.channels.size()),
                        OIIO::TypeDesc::FLOAT);
@@ -77,7 +65,7 @@ Bytes encode_exr(const Image& image, const fs::path& file) {
   spec.attribute("Software", software);
   spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, chromaticities.size()),
                  chromaticities.data());
-  add_metadata(spec, image.metadata);
+  write_attributes(image.provenance, spec);
   return encode("exr", spec, image.values.data(), file);
 }
 
@@ -99,7 +87,7 @@ Bytes encode_png(const Image& image, const fs::path& file, double exposure) {
   OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
   spec.attribute("Software", software);
-  add_metadata(spec, image.metadata);
+  write_attributes(image.provenance, spec);
   return encode("png", spec, pixels.data(), file);
 }
 
@@ -166,23 +154,6 @@ class OutputFile {
 };
 
 // Decoding.
-
-Metadata read_metadata(const OIIO::ImageSpec& spec) {
-  Metadata metadata;
-  for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
-    const std::string_view name = attribute.name().string();
-    if (!name.starts_with(metadata_prefix)) continue;
-    const std::string key(name.substr(metadata_prefix.size()));
-    if (attribute.type() == OIIO::TypeDesc::STRING) {
-      metadata.emplace_back(key, attribute.get_string());
-    } else if (attribute.type() == OIIO::TypeDesc::INT) {
-      metadata.emplace_back(key, attribute.get_int());
-    } else if (attribute.type() == OIIO::TypeDesc::DOUBLE) {
-      metadata.emplace_back(key, attribute.get<double>());
-    }
-  }
-  return metadata;
-}
 
 // The file's colour space as OpenImageIO 2.4 names it; 3 has other names.
 std::string colour_space(const OIIO::ImageSpec& spec) {
@@ -254,7 +225,7 @@ Image decode(const fs::path& file, const std::string& format, const std::string&
   spec = seek(*input, part, file);
   if (spec.deep) fail(file, "cannot decode", "deep images hold no plain picture");
   check_plausible(spec, file);
-  Image image{spec.width, spec.height, spec.channelnames, {}, read_metadata(spec)};
+  Image image{spec.width, spec.height, spec.channelnames, {}, read_attributes(spec)};
   image.encoding = spec.format.c_str();
   image.values.resize(spec.image_pixels() * static_cast<size_t>(spec.nchannels));
   if (!input->read_image(input->current_subimage(), 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT,

@@ -3,28 +3,13 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
-#include <utility>
-#include <variant>
 #include <vector>
 
+#include "images/provenance.h"
+
 namespace plumb {
-
-// In the order in which it was added or, read from a file, of the names. Names in the file carry
-// the prefix "plumbline:".
-using Metadata = std::vector<std::pair<std::string, std::variant<std::string, int, double>>>;
-
-// The value of a key, if it is there and of this type.
-template <typename T>
-std::optional<T> metadata_value(const Metadata& metadata, std::string_view key) {
-  for (const auto& [name, value] : metadata) {
-    if (name == key && std::holds_alternative<T>(value)) return std::get<T>(value);
-  }
-  return std::nullopt;
-}
 
 // A value per channel and pixel; rows from the top, channels interleaved.
 struct Image {
@@ -32,7 +17,7 @@ struct Image {
   int height = 0;
   std::vector<std::string> channels;
   std::vector<float> values;
-  Metadata metadata;
+  Provenance provenance;
   std::string encoding = {};  // of the file that was read, such as "uint8, srgb, made linear"
 
   // The number of a pixel.
@@ -60,7 +45,7 @@ void write_image(const Image& image, const std::filesystem::path& file, double e
 // What becomes of integers in files: radiance, or codes / largest code.
 enum class Integers { linear, codes };
 
-// Reads all channels and the metadata that write_image() wrote, from any format that OpenImageIO
+// Reads all channels and the provenance that write_image() wrote, from any format that OpenImageIO
 // knows by the file's extension. `part` is the name or the number of a part (subimage); empty for
 // the first one. Throws ImageError, also for a header that asks for far more memory than the file
 // could fill.

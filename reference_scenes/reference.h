@@ -35,7 +35,7 @@ struct Watcher {
 };
 
 struct Reference {
-  Image image;  // channels R G B and, from two seeds on, variance.R G B; no metadata
+  Image image;  // channels R G B and, from two seeds on, variance.R G B; no provenance
   std::string program;
   std::string version;
   int seeds = 0;                 // 0: stopped before the first one was finished, there's no image

@@ -17,7 +17,7 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "images"))
-from exr import attributes  # noqa: E402
+from exr import provenance  # noqa: E402
 
 OUT = ROOT / "out" / "references"
 DOCUMENT = ROOT / "docs" / "agreement.md"
@@ -200,9 +200,7 @@ def write_card(scene, reports):
     for name in ("plumbline", "cycles", "povray"):
         if not picture(scene, name).exists():
             continue
-        card = {"file": f"{name}.exr", **attributes(picture(scene, name))}
-        if "runs" in card:
-            card["runs"] = json.loads(card["runs"])
+        card = {"file": f"{name}.exr", **provenance(picture(scene, name))}
         card["floor"] = floor(scene, name, reports)
         pictures.append(card)
     text = json.dumps({"scene": scene, "pictures": pictures}, indent=1)

@@ -114,7 +114,7 @@ class SceneReport:
         """Our best picture, held against the others' stored ones."""
         quick = self.folder / "best" / "1spp.exr"
         self.run("which scene it is", "render", self.scene, "--spp", 1, "-o", quick)
-        self.hash = exr.attributes(quick)["sceneHash"]
+        self.hash = exr.provenance(quick)[exr.SCENE_HASH]
         self.run("mask of objects", "render", self.scene, "--aov", "object", "-o", self.mask)
         ours = self.rendered("plumbline", self.folder / "best" / f"{self.plan.best}spp.exr",
                              "render", self.scene, "--spp", self.plan.best)
@@ -161,7 +161,7 @@ class SceneReport:
         """The file, rendered unless one of this scene is there already."""
         command = [*command, "-o", file]
         self.commands[file] = " ".join(["plumb", *map(self.plumb.shown, command)])
-        if not file.exists() or exr.attributes(file)["sceneHash"] != self.hash:
+        if not file.exists() or exr.provenance(file)[exr.SCENE_HASH] != self.hash:
             self.run(f"{NAMES[program]}, {file.stem}", *command)
         return file
 
@@ -213,13 +213,11 @@ class SceneReport:
         if "variance.R" in exr.channels(file):
             _, _, planes = exr.planes(file, ["variance.R", "variance.G", "variance.B"], 0.5)
             errors = page.encode_picture(planes, mantissa_bits=3)
-        card = exr.attributes(file)
-        if "runs" in card:
-            card["runs"] = json.loads(card["runs"])
+        card = exr.provenance(file)
         self.pictures.append({
             "id": file.stem, "title": title, "width": width, "height": height,
             "values": page.encode_picture(values), "errors": errors,
-            "seconds": card.get("wallSeconds"), "command": command, "card": card})
+            "seconds": card.get(exr.WALL_SECONDS), "command": command, "card": card})
 
     def data(self):
         return {"name": self.name, "title": TITLES[self.name], "verdicts": list(self.verdicts),
@@ -286,7 +284,7 @@ def make(program, plan):
             scenes = [report.data() for report in reports]
             del coming[0]
             data |= {"scenes": scenes, "summary": summary(scenes),
-                     "host": scenes[0]["pictures"][0]["card"].get("host", platform.machine()),
+                     "host": scenes[0]["pictures"][0]["card"].get(exr.HOST, platform.machine()),
                      "made": f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d %H:%M} UTC"}
             write("Still being rendered: {}. Load this page again later.")
     except BaseException:

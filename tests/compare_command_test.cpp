@@ -58,7 +58,7 @@ TEST_F(CompareCommand, EqualPicturesAreTheSame) {
 
 TEST_F(CompareCommand, PicturesOfVeryFewSamplesGetAWarning) {
   for (const auto& [samples, is_warned] : {std::pair{"0:8", true}, {"0:16", false}}) {
-    clean.metadata = {{"samples", samples}};
+    clean.provenance = {.samples = samples};
     write_image(clean, folder / "few.exr");
     const Result result = compare("few.exr clean.exr");
     EXPECT_EQ(contains(result.output, "test: too few samples"), is_warned) << result.output;
@@ -235,7 +235,7 @@ TEST_F(CompareCommand, PixelsThatDifferMayBeAllowedAndAreTold) {
 }
 
 TEST_F(CompareCommand, RegionsHaveTheMasksNames) {
-  Image mask{32, 24, {"R", "G", "B"}, {}, {{"region#FF0000", "red wall"}}};
+  Image mask{32, 24, {"R", "G", "B"}, {}, {.regions = {{"#FF0000", "red wall"}}}};
   for (int i = 0; i < 32 * 24; ++i) {
     const float red = i % 32 < 10, blue = i % 32 > 20;
     mask.values.insert(mask.values.end(), {red, 0.0F, blue});
@@ -266,7 +266,7 @@ TEST_F(CompareCommand, MapShowsLessInBlueAndMoreInRedWithItsScale) {
   write_image(test, folder / "test.exr");
   EXPECT_EQ(compare("test.exr clean.exr -o map.png").exit_code, different);
   const Image map = read_image(folder / "map.png", "", Integers::codes);
-  EXPECT_EQ(metadata_value<std::string>(map.metadata, "scale"), "0.05");
+  EXPECT_EQ(map.provenance.scale, "0.05");
   const auto code = [&](int x, size_t c) { return map.values[map.pixel(x, 10) * 3 + c]; };
   EXPECT_GT(code(2, 2), 2 * code(2, 0));
   EXPECT_EQ(code(15, 0), 1.0F);

@@ -38,7 +38,7 @@ Picture render(uint64_t seed, int samples, const Truth& truth = uniform_truth,
                   {},
                   {}};
   picture.degrees_of_freedom = 3;
-  picture.image.metadata = {{"samples", "0:" + std::to_string(samples)}};
+  picture.image.provenance = {.samples = "0:" + std::to_string(samples)};
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
       double mean = 0.0;

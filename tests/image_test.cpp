@@ -150,22 +150,75 @@ TEST_F(ImageTest, ExrKeepsEveryBitOfEveryChannel) {
   }
 }
 
-TEST_F(ImageTest, ExrKeepsMetadataWithTypesInTheOrderOfNames) {
+TEST_F(ImageTest, ExrKeepsProvenance) {
   Image image = noise(2, 2);
-  image.metadata = {{"a text", "Cornell box: \"red\", größer"},
-                    {"b number", 0.1},
-                    {"c count", -7},
-                    {"d tiny", std::numeric_limits<double>::denorm_min()},
-                    {"e long", std::string(2000, 'x')},
-                    {"f whole number", 3.0},
-                    {"g", std::numeric_limits<int>::max()}};
+  image.provenance = {.renderer = "Cornell box: \"red\", größer",
+                      .scene_notes = "one line\nand another",
+                      .seed = std::numeric_limits<int>::max(),
+                      .replicates = -7,
+                      .relative_error = std::numeric_limits<double>::infinity(),
+                      .wall_seconds = 0.1,
+                      .cpu_seconds = std::numeric_limits<double>::denorm_min(),
+                      .rays = 3.0,
+                      .runs = std::string(2000, 'x'),
+                      .regions = {{"#000001", "lamp"}, {"#FFFFFF", "floor"}}};
   write_image(image, folder / "picture.exr");
-  EXPECT_EQ(read_image(folder / "picture.exr").metadata, image.metadata);
+  EXPECT_EQ(read_image(folder / "picture.exr").provenance, image.provenance);
+}
+
+TEST_F(ImageTest, StoredPicturesTellWhatTheyAre) {
+  const Provenance ours = read_image(PLUMB_SCENES "/cornell/plumbline.exr").provenance;
+  EXPECT_EQ(ours.renderer, "plumbline");
+  EXPECT_EQ(ours.samples_per_pixel(), 16384.0);
+  EXPECT_EQ(ours.seed, 0);
+  EXPECT_EQ(ours.rays, 6063673650.0);
+  EXPECT_FALSE(ours.quality);
+  const Provenance theirs = read_image(PLUMB_SCENES "/cornell/cycles.exr").provenance;
+  EXPECT_EQ(theirs.renderer, "Blender 3.4.1 Cycles");
+  EXPECT_EQ(theirs.scene_hash, ours.scene_hash);
+  EXPECT_EQ(theirs.quality, "best");
+  EXPECT_EQ(theirs.replicates, 8);
+  EXPECT_EQ(theirs.process_seconds, 627.101783008);
+  EXPECT_FALSE(theirs.method);
+}
+
+TEST_F(ImageTest, WhatAnotherProgramSaysUnderOurNamesInOtherTypesIsLeftOut) {
+  OIIO::ImageSpec spec(1, 1, 1, OIIO::TypeDesc::FLOAT);
+  spec.attribute("plumbline:seed", "seven");
+  spec.attribute("plumbline:scene", 7);
+  spec.attribute("plumbline:wallSeconds", 7);
+  const auto output = OIIO::ImageOutput::create("exr");
+  ASSERT_TRUE(output->open((folder / "picture.exr").string(), spec));
+  const float value = 1.0F;
+  ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, &value));
+  ASSERT_TRUE(output->close());
+  EXPECT_EQ(read_image(folder / "picture.exr").provenance, Provenance{});
+}
+
+TEST(Provenance, OfPartsAddsUpUnlessTheyAreOfDifferentRenders) {
+  const Provenance first{.renderer = "a", .seed = 1, .wall_seconds = 1.0, .host = "x, 2 threads"};
+  Provenance second = first;
+  second.samples = "4:8";
+  second.host = "y";
+  Provenance whole = first;
+  add_part(whole, second);
+  add_part(whole, second);
+  EXPECT_EQ(whole.wall_seconds, 3.0);
+  EXPECT_EQ(whole.host, "x, 2 threads; y");
+  EXPECT_FALSE(is_same_render(first, second));
+  second.samples = {};
+  EXPECT_TRUE(is_same_render(first, second));
+  second.seed = 2;
+  EXPECT_FALSE(is_same_render(first, second));
+  EXPECT_THROW(add_part(whole, second), std::invalid_argument);
+  second = first;
+  second.fault = "half-pixel";
+  EXPECT_THROW(add_part(whole, second), std::invalid_argument);
 }
 
 TEST_F(ImageTest, ExrTellsOtherProgramsWhoMadeItAndInWhichColours) {
   Image image = noise(2, 2);
-  image.metadata = {{"method", "mis"}};
+  image.provenance.method = "mis";
   write_image(image, folder / "picture.exr");
   const auto input = OIIO::ImageInput::open((folder / "picture.exr").string());
   ASSERT_NE(input, nullptr);

@@ -87,7 +87,7 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
         subprocess.run(["oiiotool", file, "--attrib", "plumbline:sceneHash", "another", "-o", file],
                        check=True)
         make_report.make(PLUMB, self.plan)
-        self.assertNotEqual(make_report.exr.attributes(file)["sceneHash"], "another")
+        self.assertNotEqual(make_report.exr.provenance(file)[make_report.exr.SCENE_HASH], "another")
 
 
 # In place of a program, which is perhaps not installed and not quick.
