@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -138,9 +139,7 @@ std::string notes(const Picture& picture) {
 void write_text(const std::string& text, const std::string& file) {
   if (file.empty()) return;
   if (file == "-") return fmt::print("{}", text);
-  std::ofstream stream(file);
-  stream << text;
-  if (!stream.flush()) throw std::runtime_error(file + ": cannot write");
+  write_file(file, text);
 }
 
 void write_reports(const Options& options, const std::string& json, const std::string& report) {
@@ -216,9 +215,8 @@ std::pair<Verdict, std::string> compare_files(const Options& options, std::strin
     write_image(draw_map(options.map_kind, test, reference, window, comparison.flip), options.map);
   }
   if (options.update && comparison.verdict != Verdict::same) {
-    const std::string part = options.reference + ".part";  // a kill leaves the old file or the new
-    fs::copy_file(options.test, part, fs::copy_options::overwrite_existing);
-    fs::rename(part, options.reference);
+    std::ifstream stream(options.test, std::ios::binary);
+    write_file(options.reference, std::string(std::istreambuf_iterator<char>(stream), {}));
     report += fmt::format("{} is now {}\n", options.reference, options.test);
   }
   return {comparison.verdict, explain(comparison, subject)};

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <sstream>
-#include <stdexcept>
 
 #include "cli/names.h"
 
@@ -65,11 +63,7 @@ bool add_pictures(Study& study, const std::vector<std::string>& pictures) {
 void present(const Exhibit& exhibit, const StudyOptions& options) {
   const std::string json = to_json(exhibit).dump(2) + "\n";
   fmt::print("{}", options.json == "-" ? json : to_text(exhibit));
-  if (!options.json.empty() && options.json != "-") {
-    std::ofstream stream(options.json);
-    stream << json;
-    if (!stream.flush()) throw std::runtime_error(options.json + ": cannot write");
-  }
+  if (!options.json.empty() && options.json != "-") write_file(options.json, json);
   if (!options.plot.empty()) write_plot(exhibit.plot, options.plot);
 }
 

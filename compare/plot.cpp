@@ -3,8 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <memory>
 #include <stdexcept>
+
+#include "images/output_file.h"
 
 namespace plumb {
 namespace {
@@ -28,18 +32,16 @@ std::string data_block(const std::string& name, const std::vector<PlotPoint>& po
   return text + "EOD\n";
 }
 
-std::string script(const Plot& plot, const fs::path& file, bool is_svg) {
+std::string script(const Plot& plot, bool is_svg) {
   const char* const terminal = is_svg ? "svg size 800,760 noenhanced font 'sans,14'"
                                       : "pngcairo size 1200,1140 noenhanced font 'sans,20'";
   std::string text = fmt::format(
-      "set terminal {} background rgb 'white'\nset output {}\nset colorsequence podo\nset "
-      "pointsize 0.7\n"
+      "set terminal {} background rgb 'white'\nset colorsequence podo\nset pointsize 0.7\n"
       "set logscale xy\nset mxtics 10\nset mytics 10\nset format xy '%g'\nset grid linetype 1 "
       "linecolor rgb '#cccccc'\n"
       "set key below height 1 maxcolumns 2 Left reverse\n"
       "set title {}\nset xlabel {}\nset ylabel {}\n",
-      terminal, quoted(file.string()), quoted(plot.title), quoted(plot.x_title),
-      quoted(plot.y_title));
+      terminal, quoted(plot.title), quoted(plot.x_title), quoted(plot.y_title));
   std::string commands;
   if (!plot.front.empty()) {
     text += data_block("front", plot.front);
@@ -61,6 +63,27 @@ std::string script(const Plot& plot, const fs::path& file, bool is_svg) {
   return text + "plot " + commands + "\n";
 }
 
+// What gnuplot draws for the file. It doesn't tell when a disk is full, so it writes into a pipe.
+std::string draw(const std::string& script, const fs::path& file) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> commands(std::tmpfile(), std::fclose);
+  if (commands == nullptr || std::fwrite(script.data(), script.size(), 1, commands.get()) != 1 ||
+      std::fseek(commands.get(), 0, SEEK_SET) != 0) {
+    throw std::runtime_error("cannot write a temporary file");
+  }
+  const std::string command = fmt::format("gnuplot /dev/fd/{}", fileno(commands.get()));
+  FILE* const gnuplot = popen(command.c_str(), "r");
+  if (gnuplot == nullptr) throw std::runtime_error("can't start gnuplot");
+  std::string picture;
+  std::array<char, 65536> buffer;
+  while (const size_t count = std::fread(buffer.data(), 1, buffer.size(), gnuplot)) {
+    picture.append(buffer.data(), count);
+  }
+  if (pclose(gnuplot) != 0) {
+    throw std::runtime_error(file.string() + ": gnuplot is not installed or failed");
+  }
+  return picture;
+}
+
 }  // namespace
 
 void write_plot(const Plot& plot, const fs::path& file) {
@@ -76,15 +99,7 @@ void write_plot(const Plot& plot, const fs::path& file) {
   }
   Plot drawn = plot;
   std::erase_if(drawn.curves, [&](const Curve& curve) { return !is_drawn(curve); });
-  const fs::path part = file.string() + ".part";
-  FILE* const gnuplot = popen("gnuplot", "w");
-  if (gnuplot == nullptr) throw std::runtime_error("can't start gnuplot");
-  fmt::print(gnuplot, "{}", script(drawn, part, is_svg));
-  if (pclose(gnuplot) != 0) {
-    fs::remove(part);
-    throw std::runtime_error(file.string() + ": gnuplot is not installed or failed");
-  }
-  fs::rename(part, file);
+  write_file(file, draw(script(drawn, is_svg), file));
 }
 
 }  // namespace plumb

@@ -24,8 +24,7 @@ struct Plot {
 };
 
 // Points at or below 0 are left out. Throws std::invalid_argument if the file is neither .svg nor
-// .png, std::runtime_error if gnuplot is not installed or fails. A kill leaves the old file or the
-// new one.
+// .png, std::runtime_error if gnuplot is not installed or fails, FileError as write_file() does.
 void write_plot(const Plot& plot, const std::filesystem::path& file);
 
 }  // namespace plumb

@@ -4,7 +4,6 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <OpenImageIO/strutil.h>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -12,12 +11,11 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <memory>
-#include <span>
 #include <string_view>
 #include <system_error>
 
+#include "images/output_file.h"
 #include "images/provenance_attributes.h"
 
 namespace plumb {
@@ -90,68 +88,6 @@ Bytes encode_png(const Image& image, const fs::path& file, double exposure) {
   write_attributes(image.provenance, spec);
   return encode("png", spec, pixels.data(), file);
 }
-
-// Files. What is thrown names the path that the caller gave.
-
-// A hidden file beside the target, which takes the target's place when all is written and vanishes
-// when it is not. Symbolic links are written through, and so are devices and pipes.
-class OutputFile {
- public:
-  explicit OutputFile(const fs::path& file) : file_(file), target_(file) {
-    std::error_code error;
-    const fs::file_status status = fs::status(file, error);
-    if (fs::is_directory(status)) fail(file, "cannot write", EISDIR);
-    if (fs::exists(status) && ::access(file.c_str(), W_OK) != 0) fail(file, "cannot write");
-    if (!fs::exists(status) && status.type() != fs::file_type::not_found) {
-      fail(file, "cannot write", error.message());
-    }
-    is_device_ = fs::exists(status) && !fs::is_regular_file(status);
-    while (fs::is_symlink(fs::symlink_status(target_, error))) {
-      target_ = target_.parent_path() / fs::read_symlink(target_);
-    }
-    if (!is_device_) create_temporary(target_.has_parent_path() ? target_.parent_path() : ".");
-  }
-
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
-
-  ~OutputFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    if (!temporary_.empty()) ::unlink(temporary_.c_str());
-  }
-
-  void write(std::span<const unsigned char> bytes) {
-    if (is_device_) descriptor_ = ::open(file_.c_str(), O_WRONLY | O_CLOEXEC);
-    while (!bytes.empty()) {
-      const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-      if (written < 0 && errno != EINTR) fail(file_, "cannot write");
-      bytes = bytes.subspan(static_cast<size_t>(std::max<ssize_t>(written, 0)));
-    }
-    if (is_device_) return;
-    if (::fsync(descriptor_) != 0) fail(file_, "cannot write");
-    if (::close(std::exchange(descriptor_, -1)) != 0) fail(file_, "cannot write");
-    if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(file_, "cannot replace");
-    temporary_.clear();
-  }
-
- private:
-  void create_temporary(const fs::path& folder) {
-    for (int attempt = 0; descriptor_ < 0; ++attempt) {
-      const fs::path path = folder / fmt::format(".plumb-{}-{}.tmp", ::getpid(), attempt);
-      descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-      if (descriptor_ < 0 && errno != EEXIST) {
-        fail(file_, fmt::format("cannot create a file in {}", folder.string()));
-      }
-      if (descriptor_ >= 0) temporary_ = path;
-    }
-  }
-
-  fs::path file_;
-  fs::path target_;
-  fs::path temporary_;
-  bool is_device_ = false;
-  int descriptor_ = -1;
-};
 
 // Decoding.
 
@@ -245,8 +181,6 @@ ImageFormat image_format(const std::filesystem::path& file) {
   fail(file, "unknown image format", "the name must end in .exr or .png");
 }
 
-void check_writable(const fs::path& file) { const OutputFile output(file); }
-
 void write_image(const Image& image, const std::filesystem::path& file, double exposure) {
   const auto pixels = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
   if (pixels == 0 || image.values.size() != pixels * image.channels.size()) {
@@ -256,7 +190,7 @@ void write_image(const Image& image, const std::filesystem::path& file, double e
   }
   const Bytes bytes = image_format(file) == ImageFormat::exr ? encode_exr(image, file)
                                                              : encode_png(image, file, exposure);
-  OutputFile(file).write(bytes);
+  write_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 Image read_image(const fs::path& file, const std::string& part, Integers integers) {

@@ -3,10 +3,10 @@
 #pragma once
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "images/output_file.h"
 #include "images/provenance.h"
 
 namespace plumb {
@@ -24,9 +24,9 @@ struct Image {
   size_t pixel(int x, int y) const { return size_t(y) * size_t(width) + size_t(x); }
 };
 
-class ImageError : public std::runtime_error {
+class ImageError : public FileError {
  public:
-  using std::runtime_error::runtime_error;
+  using FileError::FileError;
 };
 
 enum class ImageFormat { exr, png };
@@ -34,12 +34,8 @@ enum class ImageFormat { exr, png };
 // By the file's extension. Throws ImageError if that is neither .exr nor .png.
 ImageFormat image_format(const std::filesystem::path& file);
 
-// Throws ImageError if no file can be created beside `file`, before any work is put into it.
-void check_writable(const std::filesystem::path& file);
-
-// Writes a float32 EXR, or an 8-bit sRGB PNG of the first three channels times 2^exposure. The file
-// appears under its name whole or not at all: a full disk or a kill leaves what was there before.
-// Throws ImageError.
+// Writes a float32 EXR, or an 8-bit sRGB PNG of the first three channels times 2^exposure. Throws
+// ImageError for what is no picture of that format, FileError as write_file() does.
 void write_image(const Image& image, const std::filesystem::path& file, double exposure = 0.0);
 
 // What becomes of integers in files: radiance, or codes / largest code.

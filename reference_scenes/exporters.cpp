@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "images/output_file.h"
 #include "includes.h"
 
 namespace plumb {
@@ -23,10 +24,7 @@ void write_text(const fs::path& file, std::string_view text) {
   if (fs::is_symlink(file)) {
     throw std::runtime_error(fmt::format("{}: links to a file that is another", file.string()));
   }
-  std::ofstream stream(file, std::ios::binary);
-  if (!(stream << text << std::flush)) {
-    throw std::runtime_error(fmt::format("{}: can't be written", file.string()));
-  }
+  write_file(file, text);
 }
 
 fs::path write_both(const fs::path& file, std::string_view scene, const char* include_name,

@@ -77,7 +77,7 @@ class Programs {
       case Program::povray: export_to_povray(scene, folder_.path / "scene.pov"); break;
       case Program::cycles: export_to_cycles(scene, folder_.path / "scene.py"); break;
       case Program::mitsuba:
-        std::ofstream(folder_.path / "plumbline_mitsuba.py") << mitsuba_include;
+        write_file(folder_.path / "plumbline_mitsuba.py", mitsuba_include);
         scene_file_ = fs::absolute(scene_file);
         break;
     }

@@ -2,10 +2,12 @@
 #include "images/image.h"
 
 #include <OpenImageIO/imageio.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <csignal>
@@ -78,15 +80,15 @@ std::vector<unsigned char> png_pixels(const fs::path& file) {
   return pixels;
 }
 
-// The message of the ImageError that `call` throws.
+// The message of the FileError that `call` throws.
 template <typename Call>
 std::string error_of(Call call) {
   try {
     call();
-  } catch (const ImageError& error) {
+  } catch (const FileError& error) {
     return error.what();
   }
-  return "no ImageError";
+  return "no FileError";
 }
 
 // Expects an error that names the file and gives the reason.
@@ -400,6 +402,18 @@ TEST_F(ImageTest, DevicesAreWrittenToAndStay) {
   expect_error(error_of([&] { write_image(noise(2, 2), full); }), full, "No space left");
   EXPECT_TRUE(fs::is_character_file("/dev/full"));
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST_F(ImageTest, WhatIsOpenIsWrittenInPlaceEvenIfItIsAFile) {
+  const fs::path file = folder / "open.txt";
+  write_text(file, "what was there");
+  const int descriptor = open(file.c_str(), O_RDWR);
+  write_file("/dev/fd/" + std::to_string(descriptor), "text");
+  std::array<char, 8> bytes{};
+  EXPECT_EQ(read(descriptor, bytes.data(), bytes.size()), 4);
+  close(descriptor);
+  EXPECT_EQ(bytes_of(file), "text");
+  EXPECT_EQ(names_in_folder(), Names{"open.txt"});
 }
 
 TEST_F(ImageTest, CheckingLeavesNoTrace) {
