@@ -15,6 +15,7 @@
 #include "cli/interrupt.h"
 #include "cli/names.h"
 #include "cli/progress_line.h"
+#include "cli/scene_folder.h"
 #include "compare/comparison.h"
 #include "renderer/render.h"
 #include "scene_files/scene_reader.h"
@@ -23,8 +24,8 @@ namespace plumb::cli {
 namespace {
 
 struct Options {
-  std::vector<std::string> scenes{"reference_scenes/cornell/scene.xml",
-                                  "reference_scenes/seed/scene.xml"};
+  std::vector<std::string> scenes{scene_folder() / "cornell/scene.xml",
+                                  scene_folder() / "seed/scene.xml"};
   std::vector<std::string> faults;
   std::string reference = "plumbline.exr";
   double seconds = 60.0;

@@ -17,6 +17,7 @@
 #include "cli/interrupt.h"
 #include "cli/names.h"
 #include "cli/progress_line.h"
+#include "cli/scene_folder.h"
 #include "cli/stress_scene.h"
 #include "cli/trial.h"
 
@@ -28,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr double false_alarm = 1e-3;  // the chance that noise alone makes anything biased
 
 struct Options {
-  std::string folder = "reference_scenes/stress";
+  std::string folder = scene_folder() / "stress";
   std::vector<std::string> scenes;
   std::vector<std::string> methods{"bsdf", "nee", "mis"};
   std::vector<std::string> programs;
