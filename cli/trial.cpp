@@ -12,6 +12,7 @@
 #include "cli/film_image.h"
 #include "compare/equivalence.h"
 #include "compare/sums.h"
+#include "images/relative_error.h"
 
 namespace plumb::cli {
 namespace {
@@ -113,8 +114,7 @@ double relative_square_error(const Picture& test, const Picture& truth) {
   double sum = 0.0;
   for (size_t i = 0; i < pixels; ++i) {
     const Sample s = sample(test, truth, i, test.values.size());
-    sum += (std::pow(s.difference(), 2) - s.reference_variance) /
-           (s.reference * s.reference + epsilon);
+    sum += relative_square(std::pow(s.difference(), 2) - s.reference_variance, s.reference);
   }
   return std::max(sum / static_cast<double>(pixels), rounding * rounding);
 }

@@ -49,8 +49,8 @@ struct Level {
 struct Errors {
   double mae = 0;      // mean |x - r|
   double mse = 0;      // mean (x - r)^2
-  double rel_mse = 0;  // mean (x - r)^2 / (r^2 + epsilon)
-  double smape = 0;    // mean 2 |x - r| / (|x| + |r| + epsilon)
+  double rel_mse = 0;  // mean (x - r)^2 / (r^2 + relative_epsilon)
+  double smape = 0;    // mean 2 |x - r| / (|x| + |r| + relative_epsilon)
   double bias_squared = 0, test_noise = 0, reference_noise = 0;  // the known parts of mse
   double peak = 1;  // the reference's largest value, 1 at least
   double max = -1;  // max |x - r|, at the pixel x, y with these two values

@@ -11,6 +11,8 @@
 #include <set>
 #include <utility>
 
+#include "images/replicates.h"
+
 namespace plumb {
 namespace {
 
@@ -31,18 +33,14 @@ Names pictured_channels(const Image& image) {
   return {names.begin(), names.end()};
 }
 
-// Joins another replicate to the mean of `count` - 1 ones, and to the sum of squared deviations in
-// `scatter` (Welford 1962).
-void join(Picture& mean, const Image& next, float count) {
-  if (next.width != mean.image.width || next.channels != mean.image.channels ||
-      next.values.size() != mean.image.values.size()) {
-    throw ImageError(fmt::format("the {}'s replicates differ in size or channels", mean.side));
+// `all` gets another replicate of each value of the picture.
+void join(std::vector<Replicates<float>>& all, const Image& next, const Picture& picture) {
+  const Image& first = picture.image;
+  if (next.width != first.width || next.channels != first.channels ||
+      next.values.size() != all.size()) {
+    throw ImageError(fmt::format("the {}'s replicates differ in size or channels", picture.side));
   }
-  for (size_t i = 0; i < next.values.size(); ++i) {
-    const float before = next.values[i] - mean.image.values[i];
-    mean.image.values[i] += before / count;
-    mean.scatter[i] += before * (next.values[i] - mean.image.values[i]);
-  }
+  for (size_t i = 0; i < all.size(); ++i) all[i].add(next.values[i]);
 }
 
 void refuse_poison(const Picture& picture, const std::vector<size_t>& places,
@@ -95,13 +93,14 @@ Picture to_picture(const std::string& side, Image image) {
 Picture read_picture(const std::string& side, const Names& files, const std::string& part) {
   Picture picture = to_picture(side, read_image(files.front(), part));
   if (files.size() == 1) return picture;
-  const auto count = static_cast<float>(files.size());
-  picture.degrees_of_freedom = double{count} - 1.0;
-  picture.scatter.resize(picture.image.values.size());
-  for (size_t i = 1; i < files.size(); ++i) {
-    join(picture, read_image(files[i], part), static_cast<float>(i + 1));
+  picture.degrees_of_freedom = static_cast<double>(files.size()) - 1.0;
+  std::vector<Replicates<float>> all(picture.image.values.size());
+  join(all, picture.image, picture);
+  for (size_t i = 1; i < files.size(); ++i) join(all, read_image(files[i], part), picture);
+  for (size_t i = 0; i < all.size(); ++i) {
+    picture.image.values[i] = all[i].mean;
+    picture.scatter.push_back(all[i].variance());
   }
-  for (float& value : picture.scatter) value /= count * (count - 1.0F);
   return picture;
 }
 

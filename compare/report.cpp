@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "compare/markdown.h"
+#include "images/relative_error.h"
 
 namespace plumb {
 namespace {
@@ -75,9 +76,11 @@ std::string error_tables(const Comparison& comparison) {
     }
   }
   return table(heads[0], rows[0]) + table(heads[1], rows[1]) +
-         "\nWith x the test and r the reference: relMSE = mean (x-r)^2 / (r^2 + 0.01),\n"
-         "SMAPE = mean 2 |x-r| / (|x| + |r| + 0.01), PSNR = 10 lg (peak^2 / MSE), peak = max(1, "
-         "r).\n";
+         fmt::format(
+             "\nWith x the test and r the reference: relMSE = mean (x-r)^2 / (r^2 + {0}),\n"
+             "SMAPE = mean 2 |x-r| / (|x| + |r| + {0}), PSNR = 10 lg (peak^2 / MSE), peak = max(1, "
+             "r).\n",
+             relative_epsilon);
 }
 
 const char* to_string(FlipKind kind) { return kind == FlipKind::hdr ? "HDR" : "LDR"; }

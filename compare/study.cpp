@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "compare/sums.h"
+#include "images/relative_error.h"
+#include "images/replicates.h"
 
 namespace plumb {
 namespace {
@@ -28,14 +30,11 @@ Point point_of(const std::vector<const Render*>& runs, const std::vector<double>
   Point point{runs.front()->label, runs.size(), {}, {}};
   point.label.seconds = middle(&Label::seconds);
   point.label.startup_seconds = middle(&Label::startup_seconds);
-  const auto n = static_cast<double>(runs.size());
   for (size_t c = 0; c < noise.size(); ++c) {
-    double sum = 0.0;
-    for (const Render* run : runs) sum += run->errors[c];
-    double squares = 0.0;
-    for (const Render* run : runs) squares += std::pow(run->errors[c] - sum / n, 2.0);
-    point.errors.push_back(sum / n - noise[c]);
-    point.deviations.push_back(n > 1.0 ? std::sqrt(squares / (n - 1.0) / n) : 0.0);
+    Replicates<double> error;
+    for (const Render* run : runs) error.add(run->errors[c]);
+    point.errors.push_back(error.mean - noise[c]);
+    point.deviations.push_back(std::sqrt(error.variance()));
   }
   return point;
 }
@@ -80,8 +79,8 @@ void Study::measure_reference() {
     double sum = 0.0;
     double squares = 0.0;
     for (size_t pixel = 0; pixel < static_cast<size_t>(n); ++pixel) {
-      const double value = reference_.value(pixel, c);
-      const double part = reference_.variance(pixel, c) / (value * value + epsilon);
+      const double part =
+          relative_square(reference_.variance(pixel, c), reference_.value(pixel, c));
       sum += part;
       squares += part * part;
     }

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "images/relative_error.h"
+
 namespace plumb {
 namespace {
 
@@ -43,8 +45,8 @@ void Pool::add(const Sample& s, const Picture& t, const Picture& r, double count
   fourth += count * (s.test_variance * s.test_variance / t.degrees_of_freedom +
                      s.reference_variance * s.reference_variance / r.degrees_of_freedom);
   absolute += count * error;
-  relative += count * error * error / (s.reference * s.reference + epsilon);
-  symmetric += count * 2.0 * error / (std::abs(s.test) + std::abs(s.reference) + epsilon);
+  relative += relative_square(count * error * error, s.reference);
+  symmetric += count * 2.0 * error / (std::abs(s.test) + std::abs(s.reference) + relative_epsilon);
 }
 
 void Pool::operator+=(const Pool& other) {

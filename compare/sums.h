@@ -10,9 +10,6 @@ namespace plumb {
 
 constexpr int block_side = 8;
 
-// Relative errors are relative to this at least.
-constexpr double epsilon = 0.01;
-
 // What the two pictures say about one channel of a pixel or, for a channel past the last one, about
 // the mean over the channels. How the noise of a pixel's channels is correlated is not known: the
 // standard deviation of the mean is at most the mean of the standard deviations.
@@ -28,8 +25,8 @@ struct Pool {
   double squares = 0;    // (x - r)^2
   double fourth = 0;     // V^2 / degrees of freedom, for Welch and Satterthwaite
   double absolute = 0;   // |x - r|
-  double relative = 0;   // (x - r)^2 / (r^2 + epsilon)
-  double symmetric = 0;  // 2 |x - r| / (|x| + |r| + epsilon)
+  double relative = 0;   // (x - r)^2 / (r^2 + relative_epsilon)
+  double symmetric = 0;  // 2 |x - r| / (|x| + |r| + relative_epsilon)
 
   // Adds a pixel `count` times: -1 takes it away.
   void add(const Sample& s, const Picture& test, const Picture& reference, double count = 1);

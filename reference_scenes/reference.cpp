@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "images/replicates.h"
 #include "includes.h"
 #include "reference_scenes/child_process.h"
 #include "reference_scenes/exporters.h"
@@ -297,7 +298,6 @@ class Session {
   }
 
   Image image() const {
-    const auto count = static_cast<double>(pictures_.size());
     Image image{camera_.width, camera_.height, {"R", "G", "B"}, {}, {}};
     if (pictures_.size() > 1) {
       image.channels.insert(image.channels.end(), {"variance.R", "variance.G", "variance.B"});
@@ -305,10 +305,10 @@ class Session {
     for (size_t i = 0; i < pictures_[0].size(); i += 3) {
       std::array<double, 6> values{};  // as the channels
       for (size_t c = 0; c < 3; ++c) {
-        for (const auto& picture : pictures_) values[c] += picture[i + c] / count;
-        for (const auto& picture : pictures_) {
-          values[3 + c] += std::pow(picture[i + c] - values[c], 2) / (count - 1.0) / count;
-        }
+        Replicates<double> replicates;
+        for (const auto& picture : pictures_) replicates.add(picture[i + c]);
+        values[c] = replicates.mean;
+        values[3 + c] = replicates.variance();
       }
       image.values.insert(image.values.end(), values.begin(),
                           values.begin() + std::ptrdiff_t(image.channels.size()));

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "images/relative_error.h"
+
 namespace plumb {
 
 Film::Film(int width, int height)
@@ -46,11 +48,12 @@ bool Film::knows_variance() const {
   return std::ranges::count_if(counts_, [](int64_t n) { return n > 0; }) >= 2;
 }
 
-// Mean and variance of the mean of one pixel, RGB each. Replicate r has the share w_r of all
-// samples and the mean x_r, of unknown variance s_r. The picture's mean m has variance V = sum
-// w_r^2 s_r, and E (x_r - m)^2 = (1 - 2 w_r) s_r + V. Hence E sum a_r (x_r - m)^2 = V (1 + sum a_r)
-// for a_r = w_r^2 / (1 - 2 w_r), whatever the s_r are. With two replicates of equal share that is 0
-// / 0, whose limit is ((x_1 - x_2) / 2)^2.
+// Mean and variance of the mean of one pixel, RGB each. Unlike those of images/replicates.h, the
+// replicates may have unequal shares. Replicate r has the share w_r of all samples and the mean
+// x_r, of unknown variance s_r. The picture's mean m has variance V = sum w_r^2 s_r, and E (x_r -
+// m)^2 = (1 - 2 w_r) s_r + V. Hence E sum a_r (x_r - m)^2 = V (1 + sum a_r) for a_r = w_r^2 / (1 -
+// 2 w_r), whatever the s_r are. With two replicates of equal share that is 0 / 0, whose limit is
+// ((x_1 - x_2) / 2)^2.
 std::array<double, 6> Film::moments(int64_t pixel) const {
   const double* sums = &sums_[size_t(pixel) * replicates * 3];
   const auto total = static_cast<double>(samples_per_pixel());
@@ -89,11 +92,10 @@ std::vector<float> Film::variance() const { return collect(3); }
 
 double Film::relative_error() const {
   if (!knows_variance()) return std::numeric_limits<double>::infinity();
-  constexpr double epsilon = 1e-2;
   double sum = 0.0;
   for (int64_t p = 0; p < pixel_count(); ++p) {
     const auto m = moments(p);
-    for (size_t c = 0; c < 3; ++c) sum += m[c + 3] / (m[c] * m[c] + epsilon);
+    for (size_t c = 0; c < 3; ++c) sum += relative_square(m[c + 3], m[c]);
   }
   return std::sqrt(sum / static_cast<double>(3 * pixel_count()));
 }
