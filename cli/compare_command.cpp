@@ -207,10 +207,10 @@ std::pair<Verdict, std::string> compare_files(const Options& options, std::strin
   }
   Comparison comparison = compare(test, reference, channels, window, regions, judgement);
   if (options.flip) comparison.flip = flip(*options.flip, test, reference, window);
-  const Subject subject{options.test, options.reference,
-                        notes(test) + notes(reference) + floor_note, test.samples_per_pixel()};
-  report = to_text(comparison, subject);
-  write_reports(options, to_json(comparison, subject).dump(2) + "\n", report);
+  const ComparedFiles files{options.test, options.reference,
+                            notes(test) + notes(reference) + floor_note, test.samples_per_pixel()};
+  report = to_text(comparison, files);
+  write_reports(options, to_json(comparison, files).dump(2) + "\n", report);
   if (!options.map.empty()) {
     write_image(draw_map(options.map_kind, test, reference, window, comparison.flip), options.map);
   }
@@ -219,7 +219,7 @@ std::pair<Verdict, std::string> compare_files(const Options& options, std::strin
     write_file(options.reference, std::string(std::istreambuf_iterator<char>(stream), {}));
     report += fmt::format("{} is now {}\n", options.reference, options.test);
   }
-  return {comparison.verdict, explain(comparison, subject)};
+  return {comparison.verdict, explain(comparison, files)};
 }
 
 int exit_code_of(const std::string& verdict) {

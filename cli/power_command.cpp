@@ -38,12 +38,12 @@ constexpr int64_t fewest_samples = 16;
 constexpr int64_t converged_samples = 1024;
 
 // A scene with its picture and the sides of its shapes.
-struct Subject {
+struct HealthyScene {
   Scene scene;
   Picture reference;
   Regions regions;
 
-  Subject(const std::string& file, const std::string& picture) : scene(read_scene(file)) {
+  HealthyScene(const std::string& file, const std::string& picture) : scene(read_scene(file)) {
     const auto beside = std::filesystem::path(file).replace_filename(picture);
     reference = read_picture("reference", {beside.string()}, "");
     scene.camera.width = reference.image.width;
@@ -71,7 +71,7 @@ SimpleTests test_simply(const Picture& test, const Picture& reference, double sa
   const double alpha = -std::expm1(std::log1p(-level) / double(whole.width * whole.height));
   const double critical = boost::math::quantile(boost::math::normal(), 1.0 - alpha / 2.0);
   const std::vector<Pool> blocks = add_up(test, reference, whole, {}).blocks;
-  const size_t channels = test.values.size();
+  const size_t channels = test.channel_count();
   double squares = 0.0, failures = 0.0, values = 0.0;
   for (size_t i = 0; i < blocks.size(); ++i) {
     const size_t c = i % (channels + 1);
@@ -95,15 +95,15 @@ struct Verdicts {
   SimpleTests simple;
 };
 
-Verdicts judge(const Film& film, const Subject& subject) {
+Verdicts judge(const Film& film, const HealthyScene& healthy) {
   Picture test{"test", to_image(film, false), {}, {}, {}, Film::replicates - 1};
-  Picture reference = subject.reference;
+  Picture reference = healthy.reference;
   const auto channels = match(test, reference, {}, false);
   if (!reference.knows_noise()) throw ImageError("the reference doesn't tell its noise");
   const Window whole{0, 0, film.width(), film.height()};
   Judgement judgement;
   judgement.tolerance.value = 0.0;
-  return {compare(test, reference, channels, whole, subject.regions, judgement),
+  return {compare(test, reference, channels, whole, healthy.regions, judgement),
           test_simply(test, reference, static_cast<double>(film.samples_per_pixel()))};
 }
 
@@ -141,11 +141,12 @@ std::string true_change(const Comparison& comparison) {
 
 class Trials {
  public:
-  Trials(const Options& options, const Subject& subject) : options_(options), subject_(subject) {}
+  Trials(const Options& options, const HealthyScene& healthy)
+      : options_(options), scene_(healthy) {}
 
   // A row of the table; empty if interrupted. The healthy render comes first.
   std::string run(Fault fault, ProgressLine& line) {
-    Scene scene = subject_.scene;
+    Scene scene = scene_.scene;
     Settings settings{.seed = 1, .bounces = scene.request.bounces};  // references have seed 0
     plant(fault, scene, settings);
     Film film(scene.camera.width, scene.camera.height);
@@ -168,13 +169,13 @@ class Trials {
                           seconds, simple_);
     }
     return fmt::format("| {} | {} | {} | {} |", scene.name, fault_name(fault),
-                       true_change(judge(film, subject_).comparison), found);
+                       true_change(judge(film, scene_).comparison), found);
   }
 
  private:
   // The cells that tell how the fault was found, if it is.
   std::string look(Fault fault, const Film& film, double seconds, size_t step) {
-    const auto [comparison, simple] = judge(film, subject_);
+    const auto [comparison, simple] = judge(film, scene_);
     if (fault == Fault::none) healthy_.push_back(simple);
     const SimpleTests healthy = healthy_[std::min(step, healthy_.size() - 1)];
     const auto word = [](bool is_different, bool is_healthy_different) {
@@ -188,7 +189,7 @@ class Trials {
   }
 
   const Options& options_;
-  const Subject& subject_;
+  const HealthyScene& scene_;
   std::vector<SimpleTests> healthy_;  // with 16, 32, ... samples
   std::string simple_;                // what the simpler tests have said last, two cells
 };
@@ -200,8 +201,8 @@ int run(const Options& options) {
     if (options.faults.empty()) wanted.push_back(known.fault);
   }
   wanted.insert(wanted.begin(), Fault::none);
-  std::vector<Subject> subjects;
-  for (const std::string& scene : options.scenes) subjects.emplace_back(scene, options.reference);
+  std::vector<HealthyScene> scenes;
+  for (const std::string& scene : options.scenes) scenes.emplace_back(scene, options.reference);
 
   listen_for_interrupts();
   ProgressLine line;
@@ -209,8 +210,8 @@ int run(const Options& options) {
       "| scene | fault | changes the whole by | most, of regions | named | at | after | RMSE | "
       "z-test |"
       "\n|---|---|---|---|---|---|---|---|---|\n");
-  for (const Subject& subject : subjects) {
-    Trials trials(options, subject);
+  for (const HealthyScene& healthy : scenes) {
+    Trials trials(options, healthy);
     for (const Fault fault : wanted) {
       const std::string row = trials.run(fault, line);
       if (row.empty()) return 128 + stop_signal;

@@ -44,7 +44,7 @@ struct Contestant {
   std::optional<Program> program;
 };
 
-struct Row {
+struct Attempt {
   std::string name;
   Assessment assessment;
   std::optional<Tail> tail;
@@ -98,13 +98,13 @@ std::vector<StressScene> read_scenes(const Options& options) {
 }
 
 // Nothing after an interrupt.
-std::optional<Row> try_out(const Contestant& contestant, const StressScene& stress,
-                           const Picture& truth, const Limits& limits, double alarm,
-                           ProgressLine& line) {
+std::optional<Attempt> try_out(const Contestant& contestant, const StressScene& stress,
+                               const Picture& truth, const Limits& limits, double alarm,
+                               ProgressLine& line) {
   const std::string title = fmt::format("{}, {}", stress.scene.name, contestant.name);
   line.show(title);
   const Watcher watcher{[&](const std::string&) { line.show(title); }, stop_requested};
-  Row row{contestant.name, {}, {}, 0.0, ""};
+  Attempt row{contestant.name, {}, {}, 0.0, ""};
   try {
     const std::optional<Trial> trial =
         contestant.program
@@ -122,7 +122,7 @@ std::optional<Row> try_out(const Contestant& contestant, const StressScene& stre
   return row;
 }
 
-std::string verdict(const Row& row) {
+std::string verdict(const Attempt& row) {
   if (!row.refusal.empty()) return "-";
   const double seconds = row.assessment.seconds_to_one_percent;
   switch (row.assessment.outcome) {
@@ -137,10 +137,10 @@ std::string verdict(const Row& row) {
   return "";
 }
 
-void print_scene(const std::string& scene, const std::vector<Row>& rows) {
+void print_scene(const std::string& scene, const std::vector<Attempt>& rows) {
   double least = std::numeric_limits<double>::infinity();
-  for (const Row& row : rows) least = row.is_right() ? std::min(least, row.cost) : least;
-  for (const Row& row : rows) {
+  for (const Attempt& row : rows) least = row.is_right() ? std::min(least, row.cost) : least;
+  for (const Attempt& row : rows) {
     if (!row.refusal.empty()) {
       fmt::print("| {} | {} | {} | | | | | - |\n", scene, row.name, row.refusal);
       continue;
@@ -172,7 +172,7 @@ int run(const Options& options) {
   for (const StressScene& stress : scenes) {
     line.show(stress.scene.name);
     const Picture truth = stress.find_truth(limits, stop_requested);
-    std::vector<Row> rows;
+    std::vector<Attempt> rows;
     for (const Contestant& contestant : contestants) {
       if (stop_requested) break;
       const auto row = try_out(contestant, stress, truth, limits, alarm, line);

@@ -113,8 +113,9 @@ double relative_square_error(const Picture& test, const Picture& truth) {
   const size_t pixels = truth.image.pixel(0, truth.image.height);
   double sum = 0.0;
   for (size_t i = 0; i < pixels; ++i) {
-    const Sample s = sample(test, truth, i, test.values.size());
-    sum += relative_square(std::pow(s.difference(), 2) - s.reference_variance, s.reference);
+    const PixelPair pair = pixel_pair(test, truth, i, test.channel_count());
+    sum +=
+        relative_square(std::pow(pair.difference(), 2) - pair.reference_variance, pair.reference);
   }
   return std::max(sum / static_cast<double>(pixels), rounding * rounding);
 }

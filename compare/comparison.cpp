@@ -41,14 +41,14 @@ void find_extremes(const Picture& test, const Picture& reference, const Window& 
                    Errors& errors) {
   for (int y = w.y; y < w.y + w.height; ++y) {
     for (int x = w.x; x < w.x + w.width; ++x) {
-      const Sample s = sample(test, reference, test.image.pixel(x, y), channel);
-      errors.peak = std::max(errors.peak, s.reference);
-      if (std::abs(s.difference()) <= errors.max) continue;
-      errors.max = std::abs(s.difference());
+      const PixelPair pair = pixel_pair(test, reference, test.image.pixel(x, y), channel);
+      errors.peak = std::max(errors.peak, pair.reference);
+      if (std::abs(pair.difference()) <= errors.max) continue;
+      errors.max = std::abs(pair.difference());
       errors.x = x;
       errors.y = y;
-      errors.max_test = s.test;
-      errors.max_reference = s.reference;
+      errors.max_test = pair.test;
+      errors.max_reference = pair.reference;
     }
   }
 }
@@ -137,7 +137,7 @@ class Judge {
   void judge_pixels(const Window& w) {
     const int64_t pixels = int64_t{w.width} * w.height;
     Level level{"pixel", pixels, 0, 0, {}};
-    const double critical = critical_for(static_cast<size_t>(pixels) * test_.values.size());
+    const double critical = critical_for(static_cast<size_t>(pixels) * test_.channel_count());
     std::vector<double> visible;
     std::mutex mutex;
     const auto judge_row = [&](int y) {
@@ -151,7 +151,7 @@ class Judge {
       const std::lock_guard lock(mutex);
       level.different += different;
       for (const Finding& finding : worst) keep(finding, level.worst);
-      for (size_t c = 0; c < test_.values.size(); ++c) {
+      for (size_t c = 0; c < test_.channel_count(); ++c) {
         const double noise = margin(w.x + w.width / 2, y, c, neighbourhood, critical);
         if (means_[c] == 0.0) continue;
         visible.push_back((criteria_[c].tolerance + criteria_[c].floor + noise) / means_[c]);
@@ -175,11 +175,11 @@ class Judge {
       if (sums.blocks[i].squares <= least) continue;
       const Window w = block_window(window, static_cast<int>(i / (all + 1)));
       for (int j = 0; j < w.width * w.height; ++j) {
-        const Sample s = sample_at(w.x + j % w.width, w.y + j / w.width, all);
-        const double square = s.difference() * s.difference();
+        const PixelPair pair = pair_at(w.x + j % w.width, w.y + j / w.width, all);
+        const double square = pair.difference() * pair.difference();
         if (square <= std::max(least, sums.blocks[i].squares / 2.0)) continue;
         ++result_.fireflies;
-        rest.add(s, test_, reference_, -1.0);
+        rest.add(pair, test_, reference_, -1.0);
       }
     }
     if (rest.pixels == 0.0) return;
@@ -222,8 +222,8 @@ class Judge {
     return critical_value(judgement_.false_alarm / levels, static_cast<double>(tests));
   }
 
-  Sample sample_at(int x, int y, size_t c) const {
-    return sample(test_, reference_, test_.image.pixel(x, y), c);
+  PixelPair pair_at(int x, int y, size_t c) const {
+    return pixel_pair(test_, reference_, test_.image.pixel(x, y), c);
   }
 
   // By the largest noise that is claimed within some pixels from here.
@@ -232,8 +232,8 @@ class Judge {
     double largest = 0.0;
     for (int v = std::max(y - radius, 0); v <= std::min(y + radius, test_.image.height - 1); ++v) {
       for (int u = std::max(x - radius, 0); u <= std::min(x + radius, test_.image.width - 1); ++u) {
-        const Sample s = sample_at(u, v, c);
-        largest = std::max(largest, cautious_variance(s.test_variance, s.reference_variance,
+        const PixelPair pair = pair_at(u, v, c);
+        largest = std::max(largest, cautious_variance(pair.test_variance, pair.reference_variance,
                                                       criteria_[c].noise_ratio));
       }
     }
@@ -246,9 +246,9 @@ class Judge {
   // tells quickly that most don't differ.
   std::optional<Finding> judge_pixel(int x, int y, double critical) const {
     std::optional<Finding> finding;
-    for (size_t c = 0; c < test_.values.size(); ++c) {
-      const Sample s = sample_at(x, y, c);
-      Estimate estimate{s.test, s.reference, s.difference()};
+    for (size_t c = 0; c < test_.channel_count(); ++c) {
+      const PixelPair pair = pair_at(x, y, c);
+      Estimate estimate{pair.test, pair.reference, pair.difference()};
       for (const int radius : {0, neighbourhood}) {
         estimate.margin = margin(x, y, c, radius, critical);
         criteria_[c].judge(estimate);

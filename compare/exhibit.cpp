@@ -134,7 +134,7 @@ void add_rows(const Study& study, const Series& series, Exhibit& exhibit) {
   exhibit.data.push_back(data);
 }
 
-struct Cost {
+struct Efficiency {
   double variance_time = infinity;
   bool is_biased = false;
   std::array<std::string, 2> to_error;  // to 1 % and 0.1 %
@@ -144,42 +144,43 @@ struct Cost {
 constexpr std::array<double, 2> goals{0.01, 0.001};
 
 // By the law of a series whose samples take equally long.
-void predict(const Convergence& fall, const Point& last, Cost& cost) {
+void predict(const Convergence& fall, const Point& last, Efficiency& efficiency) {
   const double per_sample = last.label.seconds / last.label.samples;
-  cost.variance_time = fall.law.noise(last.label.samples) * last.label.seconds;
-  cost.is_biased = fall.stops;
+  efficiency.variance_time = fall.law.noise(last.label.samples) * last.label.seconds;
+  efficiency.is_biased = fall.stops;
   const double floor = fall.stops ? std::pow(fall.bias.value, 2.0) : 0.0;
   for (size_t i = 0; i < goals.size(); ++i) {
     const double noise = goals[i] * goals[i] - floor;
-    cost.to_error[i] = "never";
+    efficiency.to_error[i] = "never";
     if (noise <= 0.0) continue;
     const double samples =
         std::max(1.0, std::pow(fall.law.scale / noise, 1.0 / fall.law.exponent.value));
-    cost.seconds[i] = samples * per_sample;
+    efficiency.seconds[i] = samples * per_sample;
     const bool is_measured = samples <= last.label.samples;
-    cost.to_error[i] = (is_measured ? "" : "~") + seconds_text(cost.seconds[i]);
+    efficiency.to_error[i] = (is_measured ? "" : "~") + seconds_text(efficiency.seconds[i]);
   }
 }
 
-Cost cost_of(const Study& study, const Series& series, Exhibit& exhibit) {
-  Cost cost;
+Efficiency efficiency_of(const Study& study, const Series& series, Exhibit& exhibit) {
+  Efficiency efficiency;
   std::string problem;
   const auto fall = fit(study, series, study.channels().size() - 1, problem);
   if (fall) {
-    predict(*fall, series.points.back(), cost);
-    return cost;
+    predict(*fall, series.points.back(), efficiency);
+    return efficiency;
   }
   for (size_t i = 0; i < goals.size(); ++i) {
-    cost.to_error[i] = "not reached";
+    efficiency.to_error[i] = "not reached";
     for (const Point& p : series.points) {
-      if (p.errors.back() > goals[i] * goals[i] || p.label.seconds >= cost.seconds[i]) continue;
-      cost.seconds[i] = p.label.seconds;
-      cost.to_error[i] = "at most " + seconds_text(p.label.seconds);
+      if (p.errors.back() > goals[i] * goals[i] || p.label.seconds >= efficiency.seconds[i])
+        continue;
+      efficiency.seconds[i] = p.label.seconds;
+      efficiency.to_error[i] = "at most " + seconds_text(p.label.seconds);
     }
   }
   const bool has_samples = series.points.front().label.samples > 0.0;
   if (has_samples) exhibit.sentences.push_back(fmt::format("{}: {}.", series.name, problem));
-  return cost;
+  return efficiency;
 }
 
 std::vector<PlotPoint> pareto_front(const std::vector<Curve>& curves) {
@@ -230,18 +231,19 @@ Exhibit speed_and_accuracy(const Study& study) {
                   {},
                   {about_reference(study)},
                   Json::array()};
-  std::vector<std::pair<Series, Cost>> costs;
-  Cost best;
+  std::vector<std::pair<Series, Efficiency>> efficiencies;
+  Efficiency best;
   for (Series& series : all) {
     std::erase_if(series.points, [](const Point& p) { return p.label.seconds <= 0.0; });
     if (series.points.empty()) {
       exhibit.sentences.push_back(series.name + ": the seconds of rendering are not known.");
       continue;
     }
-    const Cost cost = cost_of(study, series, exhibit);
-    if (!cost.is_biased) best.variance_time = std::min(best.variance_time, cost.variance_time);
+    const Efficiency efficiency = efficiency_of(study, series, exhibit);
+    if (!efficiency.is_biased)
+      best.variance_time = std::min(best.variance_time, efficiency.variance_time);
     for (size_t i = 0; i < goals.size(); ++i) {
-      best.seconds[i] = std::min(best.seconds[i], cost.seconds[i]);
+      best.seconds[i] = std::min(best.seconds[i], efficiency.seconds[i]);
     }
     Curve curve{series.name, {}, {}};
     for (const Point& p : series.points) {
@@ -252,17 +254,18 @@ Exhibit speed_and_accuracy(const Study& study) {
     }
     exhibit.plot.curves.push_back(curve);
     exhibit.data.push_back({{"series", series.name}, {"points", points_json(study, series)}});
-    costs.emplace_back(std::move(series), cost);
+    efficiencies.emplace_back(std::move(series), efficiency);
   }
   exhibit.plot.front = pareto_front(exhibit.plot.curves);
-  for (const auto& [series, cost] : costs) {
+  for (const auto& [series, efficiency] : efficiencies) {
     const double startup = series.points.back().label.startup_seconds;
-    exhibit.rows.push_back(
-        {series.name, startup > 0.0 ? seconds_text(startup) : "",
-         std::isfinite(cost.variance_time) ? fmt::format("{:.2e} s", cost.variance_time) : "",
-         ratio(cost.variance_time, best.variance_time), cost.to_error[0],
-         ratio(cost.seconds[0], best.seconds[0]), cost.to_error[1],
-         ratio(cost.seconds[1], best.seconds[1])});
+    exhibit.rows.push_back({series.name, startup > 0.0 ? seconds_text(startup) : "",
+                            std::isfinite(efficiency.variance_time)
+                                ? fmt::format("{:.2e} s", efficiency.variance_time)
+                                : "",
+                            ratio(efficiency.variance_time, best.variance_time),
+                            efficiency.to_error[0], ratio(efficiency.seconds[0], best.seconds[0]),
+                            efficiency.to_error[1], ratio(efficiency.seconds[1], best.seconds[1])});
   }
   return exhibit;
 }

@@ -14,8 +14,8 @@ namespace plumb {
 
 struct Exhibit {
   Plot plot;
-  Row head;
-  std::vector<Row> rows;
+  TableRow head;
+  std::vector<TableRow> rows;
   std::vector<std::string> sentences;
   nlohmann::ordered_json data;  // every point, and the fits
 };

@@ -12,7 +12,8 @@
 namespace plumb {
 namespace {
 
-using Plane = std::vector<float>;  // a value per pixel
+using Channel = std::vector<float>;  // a value per pixel
+using Kernel = std::vector<float>;   // weights, the middle one for the pixel itself
 using Colour = std::array<float, 3>;
 using Colours = std::vector<Colour>;
 using Matrix = std::array<Colour, 3>;
@@ -32,11 +33,11 @@ Colour operator*(const Matrix& rows, const Colour& c) {
 
 // Weights from -3 to 3 deviations: the positive ones add up to 1, the negative ones to -1.
 template <typename Weight>
-Plane kernel(double deviation, Weight weight) {
+Kernel kernel(double deviation, Weight weight) {
   const int radius = static_cast<int>(std::ceil(3.0 * deviation));
   std::array<double, 2> sums{};
   for (int x = -radius; x <= radius; ++x) sums[weight(x) < 0.0] += std::abs(weight(x));
-  Plane weights;
+  Kernel weights;
   for (int x = -radius; x <= radius; ++x) {
     weights.push_back(static_cast<float>(weight(x) / sums[weight(x) < 0.0]));
   }
@@ -44,12 +45,12 @@ Plane kernel(double deviation, Weight weight) {
 }
 
 // Beyond the edge is as at the edge.
-Plane convolve(const Plane& plane, int width, const Plane& across, const Plane& down) {
-  const int height = static_cast<int>(plane.size()) / width;
-  const auto pass = [&](const Plane& from, const Plane& weights, int dx, int dy) {
+Channel convolve(const Channel& channel, int width, const Kernel& across, const Kernel& down) {
+  const int height = static_cast<int>(channel.size()) / width;
+  const auto pass = [&](const Channel& from, const Kernel& weights, int dx, int dy) {
     const int radius = static_cast<int>(weights.size() / 2);
     const float* const weight = &weights[weights.size() / 2];
-    Plane to(from.size());
+    Channel to(from.size());
     tbb::parallel_for(0, height * width, [&](int i) {
       for (int k = -radius; k <= radius; ++k) {
         const int x = std::clamp(i % width + k * dx, 0, width - 1);
@@ -59,7 +60,7 @@ Plane convolve(const Plane& plane, int width, const Plane& across, const Plane& 
     });
     return to;
   };
-  return pass(pass(plane, across, 1, 0), down, 0, 1);
+  return pass(pass(channel, across, 1, 0), down, 0, 1);
 }
 
 // CIELAB with Hunt's effect: colours look paler in the dark.
@@ -78,11 +79,11 @@ float distance(const Colour& a, const Colour& b) {
 // What the eye makes of a picture: colours, and how strong edges and points are.
 struct Sight {
   Colours lab;
-  Plane edges, points;
+  Channel edges, points;
 };
 
 Sight see(const Colours& rgb, int width) {
-  Plane Y, Cx, Cz;  // but for scale and offset
+  Channel Y, Cx, Cz;  // but for scale and offset
   for (const Colour& colour : rgb) {
     const Colour xyz = to_xyz * colour;
     Y.push_back(xyz[1]);
@@ -92,10 +93,10 @@ Sight see(const Colours& rgb, int width) {
   const double s = 0.5 * 0.082 * Flip::pixels_per_degree;
   const auto gaussian = [=](double x) { return std::exp(-x * x / (2.0 * s * s)); };
   const auto strength = [&](const auto& shape) {
-    const Plane weights = kernel(s, [&](double x) { return shape(x) * gaussian(x); });
-    const Plane blur = kernel(s, gaussian);
-    Plane across = convolve(Y, width, weights, blur);
-    const Plane down = convolve(Y, width, blur, weights);
+    const Kernel weights = kernel(s, [&](double x) { return shape(x) * gaussian(x); });
+    const Kernel blur = kernel(s, gaussian);
+    Channel across = convolve(Y, width, weights, blur);
+    const Channel down = convolve(Y, width, blur, weights);
     for (size_t i = 0; i < across.size(); ++i) across[i] = std::hypot(across[i], down[i]);
     return across;
   };
@@ -103,17 +104,17 @@ Sight see(const Colours& rgb, int width) {
   sight.edges = strength([](double x) { return -x; });
   sight.points = strength([=](double x) { return x * x / (s * s) - 1.0; });
   // By the contrast sensitivity: sums of a sqrt(pi / b) exp(-pi^2 x^2 / b), with x in degrees.
-  const auto blurred = [&](const Plane& plane, double b) {
+  const auto blurred = [&](const Channel& channel, double b) {
     const double x = std::numbers::pi / Flip::pixels_per_degree;  // a pixel's, times pi
-    const Plane k =
+    const Kernel k =
         kernel(std::sqrt(0.02) / x, [=](double n) { return std::exp(-n * n * x * x / b); });
-    return convolve(plane, width, k, k);
+    return convolve(channel, width, k, k);
   };
   // What the narrow one of the two Gaussians in Cz has of their integral, a sqrt(b) each.
   const float part =
       13.5F * std::sqrt(0.025F) / (13.5F * std::sqrt(0.025F) + 34.1F * std::sqrt(0.04F));
-  const Plane luminance = blurred(Y, 0.0047), red = blurred(Cx, 0.0053);
-  const Plane wide = blurred(Cz, 0.04), narrow = blurred(Cz, 0.025);
+  const Channel luminance = blurred(Y, 0.0047), red = blurred(Cx, 0.0053);
+  const Channel wide = blurred(Cz, 0.04), narrow = blurred(Cz, 0.025);
   for (size_t i = 0; i < rgb.size(); ++i) {
     const float y = luminance[i];
     Colour seen = to_rgb * Colour{red[i] + y, y, y - wide[i] - part * (narrow[i] - wide[i])};
@@ -137,7 +138,7 @@ Colours linear(const Picture& picture, const Window& w) {
   for (size_t i = 0; i < 3 * colours.size(); ++i) {
     const int x = w.x + int(i / 3 % size_t(w.width)), y = w.y + int(i / 3 / size_t(w.width));
     colours[i / 3][i % 3] =
-        float(picture.value(picture.image.pixel(x, y), i % picture.values.size()));
+        float(picture.value(picture.image.pixel(x, y), i % picture.channel_count()));
   }
   return colours;
 }
@@ -167,11 +168,11 @@ std::pair<double, double> exposures(const Colours& reference) {
 }  // namespace
 
 Flip flip(FlipKind kind, const Picture& test, const Picture& reference, const Window& window) {
-  if (test.values.size() != 3 && test.values.size() != 1) {
+  if (test.channel_count() != 3 && test.channel_count() != 1) {
     throw std::invalid_argument("FLIP needs three channels (R G B) or one");
   }
   const Colours a = linear(test, window), b = linear(reference, window);
-  Flip result{kind, Plane(a.size())};
+  Flip result{kind, Channel(a.size())};
   if (kind == FlipKind::hdr) std::tie(result.first_exposure, result.last_exposure) = exposures(b);
   const double range = result.last_exposure - result.first_exposure;
   const double steps = kind == FlipKind::hdr ? std::max(1.0, std::ceil(range) - 1.0) : 0.0;

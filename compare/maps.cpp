@@ -71,7 +71,7 @@ double value(MapKind kind, const Picture& test, const Picture& reference, const 
   for (int y = w.y; y < w.y + w.height; ++y) {
     for (int x = w.x; x < w.x + w.width; ++x) {
       const size_t pixel = test.image.pixel(x, y);
-      pool.add(sample(test, reference, pixel, test.values.size()), test, reference);
+      pool.add(pixel_pair(test, reference, pixel, test.channel_count()), test, reference);
     }
   }
   const double difference = pool.test - pool.reference;

@@ -4,13 +4,13 @@
 
 namespace plumb {
 
-std::string table(const Row& head, const std::vector<Row>& rows) {
+std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
   if (rows.empty()) return "";
-  const auto line = [&](const Row& cells, char fill) {
+  const auto line = [&](const TableRow& cells, char fill) {
     std::string text = "|";
     for (size_t c = 0; c < head.size(); ++c) {
       size_t width = 0;
-      for (const Row& row : rows) width = std::max({width, head[c].size(), row[c].size()});
+      for (const TableRow& row : rows) width = std::max({width, head[c].size(), row[c].size()});
       text += fill;
       text += cells[c];
       text.append(width - cells[c].size() + 1, fill);
@@ -19,8 +19,8 @@ std::string table(const Row& head, const std::vector<Row>& rows) {
     return text + "\n";
   };
   std::string text = "\n";
-  text += line(head, ' ') + line(Row(head.size()), '-');
-  for (const Row& row : rows) text += line(row, ' ');
+  text += line(head, ' ') + line(TableRow(head.size()), '-');
+  for (const TableRow& row : rows) text += line(row, ' ');
   return text;
 }
 

@@ -6,9 +6,9 @@
 
 namespace plumb {
 
-using Row = std::vector<std::string>;
+using TableRow = std::vector<std::string>;
 
 // A Markdown table that is also fit for a terminal. No rows, no table.
-std::string table(const Row& head, const std::vector<Row>& rows);
+std::string table(const TableRow& head, const std::vector<TableRow>& rows);
 
 }  // namespace plumb

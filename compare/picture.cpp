@@ -65,20 +65,20 @@ void refuse_poison(const Picture& picture, const std::vector<size_t>& places,
 }
 
 void choose(Picture& picture, const Names& channels) {
-  picture.values.clear();
-  picture.variances.clear();
+  picture.value_channels.clear();
+  picture.variance_channels.clear();
   for (const std::string& channel : channels) {
     const auto place = place_of(picture.image, channel);
     const auto variance =
-        picture.scatter.empty() ? place_of(picture.image, "variance." + channel) : place;
+        picture.file_variances.empty() ? place_of(picture.image, "variance." + channel) : place;
     if (!place) {
       throw ImageError(fmt::format("the {} has no channel {}, only {}", picture.side, channel,
                                    fmt::join(picture.image.channels, " ")));
     }
-    picture.values.push_back(*place);
-    if (variance) picture.variances.push_back(*variance);
+    picture.value_channels.push_back(*place);
+    if (variance) picture.variance_channels.push_back(*variance);
   }
-  if (picture.variances.size() < channels.size()) picture.variances.clear();
+  if (picture.variance_channels.size() < channels.size()) picture.variance_channels.clear();
 }
 
 }  // namespace
@@ -99,7 +99,7 @@ Picture read_picture(const std::string& side, const Names& files, const std::str
   for (size_t i = 1; i < files.size(); ++i) join(all, read_image(files[i], part), picture);
   for (size_t i = 0; i < all.size(); ++i) {
     picture.image.values[i] = all[i].mean;
-    picture.scatter.push_back(all[i].variance());
+    picture.file_variances.push_back(all[i].variance());
   }
   return picture;
 }
@@ -124,10 +124,8 @@ Names match(Picture& test, Picture& reference, const Names& wanted, bool negativ
   }
   for (Picture* picture : {&test, &reference}) {
     choose(*picture, channels);
-    const bool has_scatter = !picture->scatter.empty();
-    refuse_poison(*picture, picture->values, picture->image.values, negative);
-    refuse_poison(*picture, picture->variances,
-                  has_scatter ? picture->scatter : picture->image.values, false);
+    refuse_poison(*picture, picture->value_channels, picture->image.values, negative);
+    refuse_poison(*picture, picture->variance_channels, picture->noise_values(), false);
   }
   return channels;
 }

@@ -13,22 +13,35 @@ namespace plumb {
 struct Picture {
   std::string side;  // "test" or "reference"
   Image image;
-  std::vector<float> scatter = {};     // variances of the values if they are means of replicates
-  std::vector<size_t> values = {};     // the compared channels' places in the image
-  std::vector<size_t> variances = {};  // their variances' places, in `scatter` if there is one
-  double degrees_of_freedom = 1;       // of each variance
 
-  bool knows_noise() const { return !variances.empty(); }
+  // If the image is the mean of several files, the variances of all its values; else empty.
+  std::vector<float> file_variances = {};
+
+  // Which of the image's channels are compared, and which channels hold the variances of these, in
+  // the image or in `file_variances`. match() finds them.
+  std::vector<size_t> value_channels = {};
+  std::vector<size_t> variance_channels = {};  // empty if the noise is not known
+
+  double degrees_of_freedom = 1;  // of each variance
+
+  bool knows_noise() const { return !variance_channels.empty(); }
+  size_t channel_count() const { return value_channels.size(); }
+
+  // Of the compared channel with this number: radiance, and the variance of that (0 if not known).
   double value(size_t pixel, size_t channel) const {
-    return double{image.values[pixel * image.channels.size() + values[channel]]};
+    return double{image.values[pixel * image.channels.size() + value_channels[channel]]};
   }
   double variance(size_t pixel, size_t channel) const {
-    if (variances.empty()) return 0.0;
-    const std::vector<float>& from = scatter.empty() ? image.values : scatter;
-    return double{from[pixel * image.channels.size() + variances[channel]]};
+    if (!knows_noise()) return 0.0;
+    return double{noise_values()[pixel * image.channels.size() + variance_channels[channel]]};
   }
 
-  // 0 if the file doesn't tell.
+  // What `variance_channels` are channels of.
+  const std::vector<float>& noise_values() const {
+    return file_variances.empty() ? image.values : file_variances;
+  }
+
+  // 0 if the file does not tell.
   double samples_per_pixel() const { return image.provenance.samples_per_pixel(); }
 };
 

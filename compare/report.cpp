@@ -33,7 +33,7 @@ std::string place(const Finding& f) {
   return fmt::format("{}x{} at {},{}", f.window.width, f.window.height, f.window.x, f.window.y);
 }
 
-Row row(const Finding& f) {
+TableRow row(const Finding& f) {
   return {place(f), f.channel, short_number(f.estimate.test), short_number(f.estimate.reference),
           bias(f.estimate)};
 }
@@ -59,9 +59,9 @@ std::vector<Field> fields(const Errors& e) {
 }
 
 std::string error_tables(const Comparison& comparison) {
-  std::array<Row, 2> heads{{{"channel", "test", "reference", "bias +- 95 %"},
-                            {"channel", "largest", "at", "test", "reference"}}};
-  std::array<std::vector<Row>, 2> rows;
+  std::array<TableRow, 2> heads{{{"channel", "test", "reference", "bias +- 95 %"},
+                                 {"channel", "largest", "at", "test", "reference"}}};
+  std::array<std::vector<TableRow>, 2> rows;
   for (size_t c = 0; c < comparison.errors.size(); ++c) {
     const Errors& e = comparison.errors[c];
     const Estimate& mean = comparison.image[c].estimate;
@@ -103,7 +103,7 @@ std::string remarks(const Comparison& comparison) {
 }
 
 std::string finding_tables(const Comparison& comparison) {
-  std::vector<Row> regions;
+  std::vector<TableRow> regions;
   for (const Finding& f : comparison.regions) {
     regions.push_back(row(f));
     regions.back().emplace_back(to_string(f.estimate.verdict));
@@ -112,7 +112,7 @@ std::string finding_tables(const Comparison& comparison) {
       table({"region", "channel", "test", "reference", "bias +- 95 %", "verdict"}, regions);
   for (const Level& level : comparison.levels) {
     if (level.different == 0 || level.name == "image") continue;
-    std::vector<Row> rows;
+    std::vector<TableRow> rows;
     for (const Finding& f : level.worst) rows.push_back(row(f));
     text += fmt::format("\n{} of {} {}s differ, most clearly:\n", level.different, level.units,
                         level.name) +
@@ -223,9 +223,9 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
 
 }  // namespace
 
-std::string explain(const Comparison& comparison, const Subject& subject) {
+std::string explain(const Comparison& comparison, const ComparedFiles& files) {
   std::string text = fmt::format("{}: {}\n", to_string(comparison.verdict),
-                                 reason(comparison, subject.samples_per_pixel));
+                                 reason(comparison, files.samples_per_pixel));
   if (!comparison.knows_noise) {
     return text + "Without the noise of both pictures this was a plain check of every pixel.\n";
   }
@@ -237,20 +237,20 @@ std::string explain(const Comparison& comparison, const Subject& subject) {
   return text + "Would have been found: " + levels + ".\n";
 }
 
-std::string to_text(const Comparison& comparison, const Subject& subject) {
-  return fmt::format("{} against {}, {}\n{}", subject.test, subject.reference,
-                     place(Finding{"", comparison.window, "", {}}), subject.notes) +
+std::string to_text(const Comparison& comparison, const ComparedFiles& files) {
+  return fmt::format("{} against {}, {}\n{}", files.test, files.reference,
+                     place(Finding{"", comparison.window, "", {}}), files.notes) +
          error_tables(comparison) + finding_tables(comparison) + remarks(comparison) + "\n" +
-         explain(comparison, subject);
+         explain(comparison, files);
 }
 
-Json to_json(const Comparison& comparison, const Subject& subject) {
+Json to_json(const Comparison& comparison, const ComparedFiles& files) {
   Json json = {
       {"plumbline", PLUMB_VERSION},
-      {"test", subject.test},
-      {"reference", subject.reference},
+      {"test", files.test},
+      {"reference", files.reference},
       {"verdict", to_string(comparison.verdict)},
-      {"explanation", explain(comparison, subject)},
+      {"explanation", explain(comparison, files)},
       {"knowsNoise", comparison.knows_noise},
       {"samplesFactor", comparison.samples_factor},
       {"window", to_json(comparison.window)},

@@ -9,17 +9,17 @@
 namespace plumb {
 
 // Whom the report is about.
-struct Subject {
+struct ComparedFiles {
   std::string test, reference;   // file names
   std::string notes;             // what was assumed, a line each
   double samples_per_pixel = 0;  // of the test; 0 if not known
 };
 
 // Markdown.
-std::string to_text(const Comparison& comparison, const Subject& subject);
-nlohmann::ordered_json to_json(const Comparison& comparison, const Subject& subject);
+std::string to_text(const Comparison& comparison, const ComparedFiles& files);
+nlohmann::ordered_json to_json(const Comparison& comparison, const ComparedFiles& files);
 
 // The verdict and its reason, and what would have been found; a line each.
-std::string explain(const Comparison& comparison, const Subject& subject);
+std::string explain(const Comparison& comparison, const ComparedFiles& files);
 
 }  // namespace plumb

@@ -75,7 +75,7 @@ Label label_of(const Picture& picture) {
 void Study::measure_reference() {
   const auto n = static_cast<double>(reference_.image.width * reference_.image.height);
   std::vector<double> deviations;
-  for (size_t c = 0; c < reference_.values.size(); ++c) {
+  for (size_t c = 0; c < reference_.channel_count(); ++c) {
     double sum = 0.0;
     double squares = 0.0;
     for (size_t pixel = 0; pixel < static_cast<size_t>(n); ++pixel) {

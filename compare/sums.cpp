@@ -16,37 +16,38 @@ int block_rows(const Window& window) { return (window.height + block_side - 1) /
 
 }  // namespace
 
-Sample sample(const Picture& test, const Picture& reference, size_t pixel, size_t channel) {
-  if (channel < test.values.size()) {
+PixelPair pixel_pair(const Picture& test, const Picture& reference, size_t pixel, size_t channel) {
+  if (channel < test.channel_count()) {
     return {test.value(pixel, channel), reference.value(pixel, channel),
             test.variance(pixel, channel), reference.variance(pixel, channel)};
   }
-  Sample sum;
+  PixelPair sum;
   for (size_t c = 0; c < channel; ++c) {
-    const Sample s = sample(test, reference, pixel, c);
-    sum.test += s.test;
-    sum.reference += s.reference;
-    sum.test_variance += std::sqrt(s.test_variance);
-    sum.reference_variance += std::sqrt(s.reference_variance);
+    const PixelPair pair = pixel_pair(test, reference, pixel, c);
+    sum.test += pair.test;
+    sum.reference += pair.reference;
+    sum.test_variance += std::sqrt(pair.test_variance);
+    sum.reference_variance += std::sqrt(pair.reference_variance);
   }
   const auto n = static_cast<double>(channel);
   return {sum.test / n, sum.reference / n, sum.test_variance * sum.test_variance / (n * n),
           sum.reference_variance * sum.reference_variance / (n * n)};
 }
 
-void Pool::add(const Sample& s, const Picture& t, const Picture& r, double count) {
-  const double error = std::abs(s.difference());
+void Pool::add(const PixelPair& pair, const Picture& t, const Picture& r, double count) {
+  const double error = std::abs(pair.difference());
   pixels += count;
-  test += count * s.test;
-  reference += count * s.reference;
-  test_variance += count * s.test_variance;
-  reference_variance += count * s.reference_variance;
+  test += count * pair.test;
+  reference += count * pair.reference;
+  test_variance += count * pair.test_variance;
+  reference_variance += count * pair.reference_variance;
   squares += count * error * error;
-  fourth += count * (s.test_variance * s.test_variance / t.degrees_of_freedom +
-                     s.reference_variance * s.reference_variance / r.degrees_of_freedom);
+  fourth += count * (pair.test_variance * pair.test_variance / t.degrees_of_freedom +
+                     pair.reference_variance * pair.reference_variance / r.degrees_of_freedom);
   absolute += count * error;
-  relative += relative_square(count * error * error, s.reference);
-  symmetric += count * 2.0 * error / (std::abs(s.test) + std::abs(s.reference) + relative_epsilon);
+  relative += relative_square(count * error * error, pair.reference);
+  symmetric +=
+      count * 2.0 * error / (std::abs(pair.test) + std::abs(pair.reference) + relative_epsilon);
 }
 
 void Pool::operator+=(const Pool& other) {
@@ -73,7 +74,7 @@ Window block_window(const Window& window, int block) {
 
 Sums add_up(const Picture& test, const Picture& reference, const Window& window,
             const Regions& regions) {
-  const size_t pools = test.values.size() + 1;  // of a unit
+  const size_t pools = test.channel_count() + 1;  // of a unit
   Sums sums;
   sums.image.resize(pools);
   sums.blocks.resize(static_cast<size_t>(block_columns(window) * block_rows(window)) * pools);
@@ -85,10 +86,10 @@ Sums add_up(const Picture& test, const Picture& reference, const Window& window,
         const size_t pixel = test.image.pixel(x, y);
         const int region = regions.of_pixel.empty() ? -1 : regions.of_pixel[pixel];
         for (size_t c = 0; c < pools; ++c) {
-          const Sample s = sample(test, reference, pixel, c);
-          pool[c].add(s, test, reference);
+          const PixelPair pair = pixel_pair(test, reference, pixel, c);
+          pool[c].add(pair, test, reference);
           if (region < 0) continue;
-          in_regions[static_cast<size_t>(region) * pools + c].add(s, test, reference);
+          in_regions[static_cast<size_t>(region) * pools + c].add(pair, test, reference);
         }
       }
     }

@@ -13,11 +13,11 @@ constexpr int block_side = 8;
 // What the two pictures say about one channel of a pixel or, for a channel past the last one, about
 // the mean over the channels. How the noise of a pixel's channels is correlated is not known: the
 // standard deviation of the mean is at most the mean of the standard deviations.
-struct Sample {
+struct PixelPair {
   double test = 0, reference = 0, test_variance = 0, reference_variance = 0;
   double difference() const { return test - reference; }
 };
-Sample sample(const Picture& test, const Picture& reference, size_t pixel, size_t channel);
+PixelPair pixel_pair(const Picture& test, const Picture& reference, size_t pixel, size_t channel);
 
 // Sums over pixels, with x the test, r the reference, V their variances.
 struct Pool {
@@ -29,7 +29,7 @@ struct Pool {
   double symmetric = 0;  // 2 |x - r| / (|x| + |r| + relative_epsilon)
 
   // Adds a pixel `count` times: -1 takes it away.
-  void add(const Sample& s, const Picture& test, const Picture& reference, double count = 1);
+  void add(const PixelPair& pair, const Picture& test, const Picture& reference, double count = 1);
   void operator+=(const Pool& other);
 };
 
