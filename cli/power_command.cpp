@@ -115,12 +115,12 @@ std::string percent(const Estimate& e) {
 
 // The clearest difference: of a region, else of the image, a block or a pixel.
 std::string named(const Comparison& comparison) {
-  for (const char* name : {"region", "image", "block", "pixel"}) {
-    const auto level = std::ranges::find(comparison.levels, name, &Level::name);
+  for (const Unit unit : {Unit::region, Unit::image, Unit::block, Unit::pixel}) {
+    const auto level = std::ranges::find(comparison.levels, unit, &Level::unit);
     if (level == comparison.levels.end() || level->worst.empty()) continue;
     const Finding& f = level->worst.front();
     const std::string place =
-        f.name.empty() ? fmt::format("{} at {},{}", name, f.window.x, f.window.y) : f.name;
+        f.name.empty() ? fmt::format("{} at {},{}", to_string(unit), f.window.x, f.window.y) : f.name;
     return fmt::format("{}, {}: {}", place, f.channel, percent(f.estimate));
   }
   return "";

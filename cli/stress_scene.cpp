@@ -7,10 +7,14 @@
 #include <stdexcept>
 
 #include "cli/film_image.h"
+#include "cli/names.h"
 #include "scene_files/scene_reader.h"
 
 namespace plumb::cli {
 namespace {
+
+const Words<Oracle> oracle_words{
+    {"radiance", Oracle::radiance}, {"like", Oracle::like}, {"picture", Oracle::picture}};
 
 Image render_slowly(const Scene& scene, Limits limits, const std::atomic<bool>& stop) {
   constexpr int64_t more = 4;
@@ -29,23 +33,26 @@ StressScene::StressScene(const std::filesystem::path& scene_file)
     : file(scene_file), scene(read_scene(scene_file)) {
   std::ifstream stream(file);
   const std::string text(std::istreambuf_iterator<char>(stream), {});
-  std::smatch match;
-  if (!std::regex_search(text, match,
-                         std::regex(R"(Oracle:\s+(radiance|like|picture)\s+([\w./]*\w))"))) {
+  for (const auto& [word, meaning] : oracle_words) {
+    std::smatch match;
+    const std::regex line(R"(Oracle:\s+)" + word + R"(\s+([\w./]*\w))");
+    if (!std::regex_search(text, match, line)) continue;
+    oracle = meaning;
+    value = match[1];
+  }
+  if (value.empty()) {
     throw std::runtime_error(file.string() +
                              ": no 'Oracle: radiance X', 'like FILE' or 'picture FILE' in it");
   }
-  oracle = match[1];
-  value = match[2];
   beyond_float = text.find("Beyond float") != std::string::npos;
 }
 
 Picture StressScene::find_truth(const Limits& limits, const std::atomic<bool>& stop) const {
   Picture truth{.side = "reference", .image = {}, .degrees_of_freedom = Film::replicates - 1};
-  if (oracle == "radiance") {
+  if (oracle == Oracle::radiance) {
     truth.image = {scene.camera.width, scene.camera.height, {"R", "G", "B"}, {}, {}};
     truth.image.values.assign(truth.image.pixel(0, scene.camera.height) * 3, std::stof(value));
-  } else if (oracle == "like") {
+  } else if (oracle == Oracle::like) {
     truth.image = render_slowly(read_scene(file.parent_path() / value), limits, stop);
   } else {
     truth = read_picture("reference", {file.parent_path() / value}, "");

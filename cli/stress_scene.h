@@ -10,12 +10,16 @@
 
 namespace plumb::cli {
 
+// What the true picture is: the same radiance in every pixel, what another scene looks like, or a
+// picture in a file.
+enum class Oracle { radiance, like, picture };
+
 struct StressScene {
   std::filesystem::path file;
   Scene scene;
   // From the comment on top of the file:
-  std::string oracle;         // "radiance", of every pixel; "like" another scene; or a "picture"
-  std::string value;          // the radiance or the file, beside the scene's
+  Oracle oracle = Oracle::radiance;
+  std::string value;          // the radiance; or the oracle's file, beside the scene's
   bool beyond_float = false;  // "Beyond float": said in advance that float need not hold
 
   // Throws std::runtime_error.

@@ -98,11 +98,11 @@ class Judge {
   // Judges averages; `locate` says where a unit is. Either gives all findings, whose tolerance then
   // is relative to their own means; or just notes what differs, relative to the image's mean.
   template <typename Locate>
-  void judge_pools(const std::string& name, const std::vector<Pool>& pools, Locate locate,
+  void judge_pools(Unit unit, const std::vector<Pool>& pools, Locate locate,
                    std::vector<Finding>* all) {
     if (pools.empty()) return;
     const size_t channels = criteria_.size();
-    Level level{name, static_cast<int64_t>(pools.size() / channels), 0, 0, {}};
+    Level level{unit, static_cast<int64_t>(pools.size() / channels), 0, 0, {}};
     const double critical = critical_for(pools.size());
     std::vector<double> visible;
     size_t last = pools.size();  // unit that differs
@@ -110,7 +110,7 @@ class Judge {
       if (pools[i].pixels == 0.0) continue;
       const size_t c = i % channels;
       Criterion criterion = criteria_[c];
-      if (all != nullptr) set_tolerance(pools[i], criterion, name == "image");
+      if (all != nullptr) set_tolerance(pools[i], criterion, unit == Unit::image);
       Finding finding{"", {}, result_.channels[c], criterion.estimate(pools[i], critical)};
       locate(static_cast<int>(i / channels), finding);
       const double whole = all != nullptr ? finding.estimate.reference : means_[c];
@@ -136,7 +136,7 @@ class Judge {
   // Judges each pixel.
   void judge_pixels(const Window& w) {
     const int64_t pixels = int64_t{w.width} * w.height;
-    Level level{"pixel", pixels, 0, 0, {}};
+    Level level{Unit::pixel, pixels, 0, 0, {}};
     const double critical = critical_for(static_cast<size_t>(pixels) * test_.channel_count());
     std::vector<double> visible;
     std::mutex mutex;
@@ -194,8 +194,11 @@ class Judge {
     for (const Level& level : result_.levels) {
       const Amount& most = judgement_.max_outliers;
       const double pixels = most.value * (most.is_relative ? double(level.units) : 1.0);
-      if (level.name == "pixel") has_outliers = double(level.different) > pixels;
-      if (level.name != "pixel") is_different |= level.different > 0;
+      if (level.unit == Unit::pixel) {
+        has_outliers = double(level.different) > pixels;
+      } else {
+        is_different |= level.different > 0;
+      }
     }
     bool is_same = true;
     for (const auto* findings : {&result_.image, &result_.regions}) {
@@ -271,6 +274,11 @@ class Judge {
 
 }  // namespace
 
+const char* to_string(Unit unit) {
+  constexpr const char* words[] = {"image", "region", "block", "pixel"};
+  return words[static_cast<size_t>(unit)];
+}
+
 double Errors::psnr() const {
   if (mse == 0.0) return std::numeric_limits<double>::infinity();
   return 10.0 * std::log10(peak * peak / mse);
@@ -295,9 +303,9 @@ Comparison compare(const Picture& test, const Picture& reference,
   };
   const auto locate_block = [&](int i, Finding& f) { f.window = block_window(window, i); };
   judge.judge_pools(
-      "image", sums.image, [&](int, Finding& f) { f.window = window; }, &result.image);
-  judge.judge_pools("region", sums.regions, name_region, &result.regions);
-  if (result.knows_noise) judge.judge_pools("block", sums.blocks, locate_block, nullptr);
+      Unit::image, sums.image, [&](int, Finding& f) { f.window = window; }, &result.image);
+  judge.judge_pools(Unit::region, sums.regions, name_region, &result.regions);
+  if (result.knows_noise) judge.judge_pools(Unit::block, sums.blocks, locate_block, nullptr);
   judge.judge_pixels(window);
   judge.find_fireflies(sums, window);
   result.errors.push_back(mean(result.errors));

@@ -28,21 +28,26 @@ struct Judgement {
   Amount max_outliers{0, false};      // pixels that may differ
 };
 
-// An average over the image, a region or a block, or one pixel, in one channel.
+// What is averaged before it is judged.
+enum class Unit { image, region, block, pixel };
+const char* to_string(Unit unit);
+
+// What was found of one unit in one channel.
 struct Finding {
-  std::string name;  // a region's
-  Window window;     // but a region's
+  std::string name;  // of a region; else empty
+  Window window;     // of any other unit
   std::string channel;
   Estimate estimate;
 };
 
+// All units of one kind.
 struct Level {
-  std::string name;            // image, region, block or pixel
-  int64_t units = 0;           // blocks, say
-  int64_t different = 0;       // of these, in any channel
-  double visible = 0;          // a bias that would be found, as a part of the image's mean, or of
-                               // regions' own; the median over units and channels
-  std::vector<Finding> worst;  // those that differ, the clearest first, ten at most
+  Unit unit = Unit::image;
+  int64_t units = 0;           // how many there are
+  int64_t different = 0;       // how many of them differ, in any channel
+  double visible = 0;          // a bias that would be found, as a part of the image's mean, or of a
+                               // region's own; the median over units and channels
+  std::vector<Finding> worst;  // of the units that differ ten at most, the clearest first
 };
 
 // Of one channel, with x the test and r the reference.

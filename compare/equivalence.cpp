@@ -11,8 +11,8 @@ namespace plumb {
 namespace math = boost::math;
 
 const char* to_string(Verdict verdict) {
-  if (verdict == Verdict::same) return "same";
-  return verdict == Verdict::different ? "different" : "inconclusive";
+  constexpr const char* words[] = {"same", "different", "trouble", "inconclusive"};
+  return words[static_cast<size_t>(verdict)];
 }
 
 double critical_value(double false_alarm, double tests) {

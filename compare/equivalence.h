@@ -4,7 +4,8 @@
 #include "compare/sums.h"
 namespace plumb {
 
-enum class Verdict { same, different, inconclusive };
+// As the exit codes of diff(1), and one more. Trouble is what never could be compared.
+enum class Verdict { same = 0, different = 1, trouble = 2, inconclusive = 3 };
 const char* to_string(Verdict verdict);
 
 // The difference of two averages, in radiance.

@@ -111,12 +111,12 @@ std::string finding_tables(const Comparison& comparison) {
   std::string text =
       table({"region", "channel", "test", "reference", "bias +- 95 %", "verdict"}, regions);
   for (const Level& level : comparison.levels) {
-    if (level.different == 0 || level.name == "image") continue;
+    if (level.different == 0 || level.unit == Unit::image) continue;
     std::vector<TableRow> rows;
     for (const Finding& f : level.worst) rows.push_back(row(f));
     text += fmt::format("\n{} of {} {}s differ, most clearly:\n", level.different, level.units,
-                        level.name) +
-            table({level.name, "channel", "test", "reference", "bias +- 95 %"}, rows);
+                        to_string(level.unit)) +
+            table({to_string(level.unit), "channel", "test", "reference", "bias +- 95 %"}, rows);
   }
   return text;
 }
@@ -163,7 +163,7 @@ Json to_json(const Errors& e) {
 // "53 pixels (0.08 %), most clearly at 141,31"; nothing if none differs.
 std::string outliers(const Comparison& comparison) {
   for (const Level& level : comparison.levels) {
-    if (level.name != "pixel" || level.different == 0) continue;
+    if (level.unit != Unit::pixel || level.different == 0) continue;
     const Window& w = level.worst.front().window;
     return fmt::format("{} pixel{} ({}), most clearly at {},{}", level.different,
                        level.different == 1 ? "" : "s",
@@ -201,7 +201,7 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
     };
     const Level& level = *std::ranges::max_element(comparison.levels, {}, clearness);
     const Finding& f = level.worst.front();
-    return fmt::format("{} {} has {} in {} ({:.4g}, not {:.4g})", level.name, place(f),
+    return fmt::format("{} {} has {} in {} ({:.4g}, not {:.4g})", to_string(level.unit), place(f),
                        bias(f.estimate), f.channel, f.estimate.test, f.estimate.reference);
   }
   if (comparison.verdict == Verdict::same) {
@@ -232,7 +232,7 @@ std::string explain(const Comparison& comparison, const ComparedFiles& files) {
   std::string levels;
   for (const Level& level : comparison.levels) {
     levels += fmt::format("{}{} of {} {}", levels.empty() ? "" : ", ", percent(level.visible, 1.0),
-                          level.name == "image" ? "the" : "a", level.name);
+                          level.unit == Unit::image ? "the" : "a", to_string(level.unit));
   }
   return text + "Would have been found: " + levels + ".\n";
 }
@@ -272,7 +272,7 @@ Json to_json(const Comparison& comparison, const ComparedFiles& files) {
   }
   if (!comparison.regions.empty()) json["regions"] = to_json(comparison.regions);
   for (const Level& level : comparison.levels) {
-    json["levels"].push_back({{"level", level.name},
+    json["levels"].push_back({{"level", to_string(level.unit)},
                               {"units", level.units},
                               {"different", level.different},
                               {"relativeVisible", level.visible},

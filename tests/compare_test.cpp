@@ -80,11 +80,11 @@ Judgement tolerating(double relative) {
   return judgement;
 }
 
-const Level& level(const Comparison& comparison, const char* name) {
+const Level& level(const Comparison& comparison, Unit unit) {
   for (const Level& level : comparison.levels) {
-    if (level.name == name) return level;
+    if (level.unit == unit) return level;
   }
-  throw std::out_of_range(name);
+  throw std::out_of_range(to_string(unit));
 }
 
 // The errors
@@ -200,12 +200,12 @@ TEST(Verdict, SaysHowManySamplesWouldDecide) {
 
 TEST(Verdict, BiasThatItClaimsToSeeIsSeen) {
   const double visible =
-      level(judge(render(1, 16), render(2, 16), tolerating(0.01)), "image").visible;
+      level(judge(render(1, 16), render(2, 16), tolerating(0.01)), Unit::image).visible;
   int seen = 0;
   for (uint64_t pair = 10; pair < 50; ++pair) {
     const auto comparison = judge(render(2 * pair, 16, [=](int, int) { return 1 + visible; }),
                                   render(2 * pair + 1, 16), tolerating(0.01));
-    seen += level(comparison, "image").different > 0;
+    seen += level(comparison, Unit::image).different > 0;
   }
   EXPECT_GE(seen, 34);  // of 40, with 95 % each: fewer in 1 % of all cases
 }
@@ -217,7 +217,7 @@ TEST(Places, BrighterBlockIsFoundWhereItIs) {
       judge(render(1, 64, [](int x, int y) { return x / 8 == 3 && y / 8 == 5 ? 1.2 : 1.0; }),
             render(2, 64));
   EXPECT_EQ(comparison.verdict, Verdict::different);
-  const Level& blocks = level(comparison, "block");
+  const Level& blocks = level(comparison, Unit::block);
   EXPECT_EQ(blocks.different, 1);
   EXPECT_EQ(blocks.units, 64);
   EXPECT_EQ(blocks.worst.front().window.x, 24);
@@ -229,7 +229,7 @@ TEST(Places, SpotIsFoundWhereItIs) {
       judge(render(1, 64, [](int x, int y) { return x / 3 == 7 && y / 3 == 5 ? 3.0 : 1.0; }),
             render(2, 64));
   EXPECT_EQ(comparison.verdict, Verdict::different);
-  const Level& pixels = level(comparison, "pixel");
+  const Level& pixels = level(comparison, Unit::pixel);
   EXPECT_EQ(pixels.different, 9);
   EXPECT_EQ(pixels.worst.front().window.x / 3, 7);
   EXPECT_EQ(pixels.worst.front().window.y / 3, 5);
@@ -246,8 +246,8 @@ TEST(Places, RegionsAreJudgedByTheirOwnMeans) {
                                 render(2, 1024, [](int x, int) { return x < 10 ? 0.2 : 1.0; }),
                                 tolerating(0.02), regions);
   EXPECT_EQ(comparison.verdict, Verdict::different);
-  EXPECT_EQ(level(comparison, "image").different, 0);
-  EXPECT_EQ(level(comparison, "block").different, 0);
+  EXPECT_EQ(level(comparison, Unit::image).different, 0);
+  EXPECT_EQ(level(comparison, Unit::block).different, 0);
   ASSERT_EQ(comparison.regions.size(), 8U);  // R G B all
   for (const Finding& f : comparison.regions) {
     EXPECT_EQ(f.estimate.verdict, f.name == "left" ? Verdict::different : Verdict::same);
@@ -275,7 +275,7 @@ TEST(UnknownNoise, MakesAPlainCheckOfEveryPixel) {
   EXPECT_EQ(near.verdict, Verdict::same);
   const auto far = judge(one_off(0.011), exact(uniform_truth));
   EXPECT_EQ(far.verdict, Verdict::different);
-  EXPECT_EQ(level(far, "pixel").worst.front().window.x, 5);
+  EXPECT_EQ(level(far, Unit::pixel).worst.front().window.x, 5);
   EXPECT_EQ(judge(render(1, 64), exact(uniform_truth)).verdict, Verdict::different);
 }
 

@@ -62,7 +62,7 @@ TEST(Stress, NoMethodIsBiasedInDoubleNorInFloatUnlessThatIsSaid) {
 // Without the allowance for samples that have not been met, which bsdf needs for tiny lamps.
 TEST(Stress, ClosedFormsAreMetInDoubleWithinFiveStandardErrors) {
   for (const StressScene& stress : scenes()) {
-    if (stress.oracle != "radiance") continue;
+    if (stress.oracle != Oracle::radiance) continue;
     for (const Method method : {Method::nee, Method::mis}) {
       const Settings settings{
           .method = method, .precision = Precision::float64, .seed = 2, .bounces = {}};
