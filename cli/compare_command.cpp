@@ -1,26 +1,23 @@
 #include <fmt/format.h>
 
-#include <toml++/toml.h>
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <array>
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
-#include <pugixml.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "cli/commands.h"
 #include "cli/names.h"
+#include "compare/card.h"
 #include "compare/comparison.h"
+#include "compare/gate.h"
+#include "compare/junit.h"
 #include "compare/maps.h"
 #include "compare/report.h"
 
@@ -152,31 +149,25 @@ void write_reports(const Options& options, const std::string& json, const std::s
   write_text(json, options.json);
 }
 
-// By how much a picture may be wrong as a whole and in its worst region, by the card.json beside
-// it, if there is one.
-std::optional<std::pair<Amount, Amount>> floors_of_card(const fs::path& picture) {
-  const fs::path file = fs::path(picture).replace_filename("card.json");
-  std::ifstream stream(file);
-  if (!stream) return {};
-  try {
-    const auto card = nlohmann::json::parse(stream);
-    for (const auto& entry : card.at("pictures")) {
-      if (entry.at("file") != picture.filename().string()) continue;
-      const double whole = entry.at("floor").at("wholePercent");
-      double worst = whole;
-      for (const double floor : entry.at("floor").at("regionsPercent")) {
-        worst = std::max(worst, floor);
-      }
-      return std::pair(Amount{whole / 100.0}, Amount{worst / 100.0});
-    }
-  } catch (const nlohmann::json::exception& error) {
-    throw std::runtime_error(fmt::format("{}: {}", file.string(), error.what()));
-  }
-  return {};
+// Takes the floors that the card beside the reference states, if there is one; says so in a line.
+std::string take_floors_of_card(const std::string& reference, Judgement& judgement) {
+  const auto floors = floors_of_card(reference);
+  if (!floors) return "";
+  judgement.image_floor = floors->image;
+  judgement.floor = floors->region;
+  return fmt::format(
+      "reference: floor {:.3g} % of the image, {:.3g} % elsewhere, by its "
+      "card.json\n",
+      100.0 * floors->image.value, 100.0 * floors->region.value);
 }
 
-// Compares, writes all that is asked for, and gives the verdict with its reason.
-std::pair<Verdict, std::string> compare_files(const Options& options, std::string& report) {
+struct Result {
+  Verdict verdict;
+  std::string explanation, report;
+};
+
+// Compares, and writes all files that are asked for.
+Result compare_files(const Options& options) {
   if (options.reference.empty()) throw std::invalid_argument("TEST and REFERENCE are required");
   const auto read = [&](const std::string& side, const std::string& file, auto replicates) {
     replicates.insert(replicates.begin(), file);
@@ -188,13 +179,7 @@ std::pair<Verdict, std::string> compare_files(const Options& options, std::strin
   Judgement judgement = options.judgement;
   std::string floor_note;
   if (!judgement.floor && !reference.knows_noise()) {
-    if (const auto floors = floors_of_card(options.reference)) {
-      std::tie(judgement.image_floor, judgement.floor) = *floors;
-      floor_note = fmt::format(
-          "reference: floor {:.3g} % of the image, {:.3g} % elsewhere, by its "
-          "card.json\n",
-          100.0 * floors->first.value, 100.0 * floors->second.value);
-    }
+    floor_note = take_floors_of_card(options.reference, judgement);
   }
   const Image& image = test.image;
   const Window window = options.crop.value_or(Window{0, 0, image.width, image.height});
@@ -209,7 +194,7 @@ std::pair<Verdict, std::string> compare_files(const Options& options, std::strin
   if (options.flip) comparison.flip = flip(*options.flip, test, reference, window);
   const ComparedFiles files{options.test, options.reference,
                             notes(test) + notes(reference) + floor_note, test.samples_per_pixel()};
-  report = to_text(comparison, files);
+  std::string report = to_text(comparison, files);
   write_reports(options, to_json(comparison, files).dump(2) + "\n", report);
   if (!options.map.empty()) {
     write_image(draw_map(options.map_kind, test, reference, window, comparison.flip), options.map);
@@ -219,141 +204,39 @@ std::pair<Verdict, std::string> compare_files(const Options& options, std::strin
     write_file(options.reference, std::string(std::istreambuf_iterator<char>(stream), {}));
     report += fmt::format("{} is now {}\n", options.reference, options.test);
   }
-  return {comparison.verdict, explain(comparison, files)};
+  return {comparison.verdict, explain(comparison, files), report};
 }
 
-int exit_code_of(const std::string& verdict) {
-  if (verdict == "same") return 0;
-  if (verdict == "different") return 1;
-  return verdict == "inconclusive" ? 3 : 2;
+// Runs an entry of a gate as its own command line.
+std::pair<Verdict, std::string> compare_entry(const GateEntry& entry, bool update) {
+  Options options;
+  CLI::App command;
+  add_options(command, options);
+  // CLI11 wants them backwards.
+  command.parse(std::vector<std::string>(entry.arguments.rbegin(), entry.arguments.rend()));
+  options.update = update && entry.expected == Verdict::same;
+  const Result result = compare_files(options);
+  return {result.verdict, result.explanation};
 }
 
-// A comparison in a gate file, and how it ended:
-//   [[compare]]
-//   test = "out/cornell.exr"              # relative to the gate file
-//   reference = "references/cornell.exr"
-//   tolerance = "0.5%"                    # any option of 'plumb compare', without its dashes
-//   name = "Cornell box"                  # default: the test's file name
-//   expect = "different"                  # for a companion that must fail; default: "same"
-struct Entry {
-  std::string name, expected;
-  std::vector<std::string> arguments;  // of 'plumb compare'
-  std::string verdict, text;           // or "trouble", and why
-  double seconds = 0;
-};
-
-// A value of the file as words of the command line.
-void add_words(const toml::node& node, std::vector<std::string>& words) {
-  if (const auto* list = node.as_array()) {
-    for (const toml::node& item : *list) add_words(item, words);
-  } else if (const auto text = node.value<std::string>()) {
-    words.push_back(*text);
-  } else {
-    std::ostringstream stream;
-    node.visit([&](const auto& value) { stream << value; });
-    words.push_back(stream.str());
-  }
-}
-
-Entry read_entry(const toml::table& table) {
-  const std::string test = table["test"].value_or("");
-  Entry entry;
-  entry.name = table["name"].value_or(test);
-  entry.expected = table["expect"].value_or("same");
-  entry.arguments = {test, table["reference"].value_or("")};
-  for (const auto& [key, node] : table) {
-    const std::string_view name = key.str();
-    if (name == "test" || name == "reference" || name == "name" || name == "expect") continue;
-    if (node.is_boolean() && !node.value_or(true)) continue;
-    entry.arguments.push_back(fmt::format("--{}", name));
-    if (!node.is_boolean()) add_words(node, entry.arguments);
-  }
-  std::ranges::reverse(entry.arguments);  // as CLI11 wants them
-  return entry;
-}
-
-// Throws std::runtime_error with the place of what is wrong.
-std::vector<Entry> read_gate(const std::string& file) try {
-  const toml::table gate = toml::parse_file(file);
-  std::vector<Entry> entries;
-  if (const auto* list = gate["compare"].as_array()) {
-    for (const toml::node& node : *list) {
-      if (const auto* table = node.as_table()) entries.push_back(read_entry(*table));
-    }
-  }
-  if (entries.empty()) throw std::runtime_error(file + ": no [[compare]] in it");
-  return entries;
-} catch (const toml::parse_error& error) {
-  throw std::runtime_error(
-      fmt::format("{}:{}: {}", file, error.source().begin.line, error.description()));
-}
-
-// JUnit's XML, as CI servers read it.
-std::string to_junit(const std::vector<Entry>& entries) {
-  pugi::xml_document document;
-  pugi::xml_node suite = document.append_child("testsuite");
-  suite.append_attribute("name") = "plumb compare";
-  suite.append_attribute("tests") = entries.size();
-  for (const Entry& entry : entries) {
-    pugi::xml_node test = suite.append_child("testcase");
-    test.append_attribute("name") = entry.name.c_str();
-    test.append_attribute("time") = entry.seconds;
-    if (entry.verdict == entry.expected) continue;
-    pugi::xml_node failure = test.append_child(entry.verdict == "trouble" ? "error" : "failure");
-    failure.append_attribute("message") =
-        fmt::format("{}, not {}", entry.verdict, entry.expected).c_str();
-    failure.text() = entry.text.c_str();
-  }
-  std::ostringstream stream;
-  document.save(stream, "  ");
-  return stream.str();
-}
-
-// Runs an entry as its own command line.
-void run(Entry& entry, bool update) {
-  const auto start = std::chrono::steady_clock::now();
-  std::string report;
-  try {
-    Options options;
-    CLI::App command;
-    add_options(command, options);
-    command.parse(entry.arguments);
-    options.update = update && entry.expected == "same";
-    const auto [verdict, text] = compare_files(options, report);
-    entry.verdict = to_string(verdict);
-    entry.text = text;
-  } catch (const std::exception& error) {
-    entry.verdict = "trouble";
-    entry.text = fmt::format("trouble: {}\n", error.what());
-  }
-  entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  fmt::print("{} {}: {}\n", entry.verdict == entry.expected ? "ok  " : "FAIL", entry.name,
-             entry.text.substr(0, entry.text.find('\n')));
-}
-
-// 0 if all ended as expected, else the worst outcome's code: trouble, different, inconclusive.
 int run_gate(const Options& options) {
-  std::vector<Entry> entries = read_gate(options.gate);
+  std::vector<GateEntry> entries = read_gate(options.gate);
   const std::string junit = options.junit.empty() ? "" : fs::absolute(options.junit).string();
   fs::current_path(fs::absolute(options.gate).parent_path());
-  int code = 0;
-  for (Entry& entry : entries) {
-    run(entry, options.update);
-    if (entry.verdict == entry.expected) continue;
-    const int own = std::max(1, exit_code_of(entry.verdict));
-    const auto gravity = [](int exit_code) { return std::array{0, 2, 3, 1}[size_t(exit_code)]; };
-    if (gravity(own) > gravity(code)) code = own;
+  for (GateEntry& entry : entries) {
+    run_entry(entry, [&](const GateEntry& e) { return compare_entry(e, options.update); });
+    fmt::print("{} {}: {}\n", entry.is_as_expected() ? "ok  " : "FAIL", entry.name,
+               entry.explanation.substr(0, entry.explanation.find('\n')));
   }
   write_text(to_junit(entries), junit);
-  return code;
+  return exit_code_of(entries);
 }
 
 int run(const Options& options) {
   if (!options.gate.empty()) return run_gate(options);
-  std::string report;
-  const Verdict verdict = compare_files(options, report).first;
-  if (options.json != "-" && options.markdown != "-") fmt::print("{}", report);
-  return exit_code_of(to_string(verdict));
+  const Result result = compare_files(options);
+  if (options.json != "-" && options.markdown != "-") fmt::print("{}", result.report);
+  return static_cast<int>(result.verdict);
 }
 
 }  // namespace

@@ -4,7 +4,8 @@
 #include "compare/sums.h"
 namespace plumb {
 
-// As the exit codes of diff(1), and one more. Trouble is what never could be compared.
+// With the exit codes of diff(1), and one more. Trouble stands for what could not be compared: no
+// estimate has this verdict.
 enum class Verdict { same = 0, different = 1, trouble = 2, inconclusive = 3 };
 const char* to_string(Verdict verdict);
 
