@@ -1,9 +1,7 @@
-#include <OpenImageIO/color.h>
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -16,6 +14,7 @@
 #include "cli/names.h"
 #include "cli/progress_line.h"
 #include "cli/scene_folder.h"
+#include "compare/baseline_tests.h"
 #include "compare/comparison.h"
 #include "renderer/render.h"
 #include "scene_files/scene_reader.h"
@@ -53,46 +52,9 @@ struct HealthyScene {
   }
 };
 
-// What simpler comparisons say of the same two pictures.
-struct SimpleTests {
-  bool rmse = false, z = false;  // different
-};
-
-double display_value(double radiance) {
-  return double{OIIO::linear_to_sRGB(static_cast<float>(std::min(radiance, 1.0)))};
-}
-
-// The root mean square error of display values, 5 % of white; and Mitsuba 3's z-test: pixel by
-// pixel and channel by channel, Sidak's correction, level 0.01, of which 0.25 % may fail, variance
-// of a sample at least 1e-4. A pixel's variance is its block's, its own being known too roughly.
-SimpleTests test_simply(const Picture& test, const Picture& reference, double samples) {
-  constexpr double threshold = 0.05, level = 0.01, failures_allowed = 0.0025, least = 1e-4;
-  const Window whole{0, 0, test.image.width, test.image.height};
-  const double alpha = -std::expm1(std::log1p(-level) / double(whole.width * whole.height));
-  const double critical = boost::math::quantile(boost::math::normal(), 1.0 - alpha / 2.0);
-  const std::vector<Pool> blocks = add_up(test, reference, whole, {}).blocks;
-  const size_t channels = test.channel_count();
-  double squares = 0.0, failures = 0.0, values = 0.0;
-  for (size_t i = 0; i < blocks.size(); ++i) {
-    const size_t c = i % (channels + 1);
-    if (c == channels) continue;
-    const Window w = block_window(whole, static_cast<int>(i / (channels + 1)));
-    const double noise =
-        (blocks[i].test_variance + blocks[i].reference_variance) / blocks[i].pixels;
-    const double most = critical * std::sqrt(std::max(noise, least / samples));
-    for (int j = 0; j < w.width * w.height; ++j, ++values) {
-      const size_t pixel = test.image.pixel(w.x + j % w.width, w.y + j / w.width);
-      const double x = test.value(pixel, c), r = reference.value(pixel, c);
-      squares += std::pow(display_value(x) - display_value(r), 2);
-      failures += std::abs(x - r) > most;
-    }
-  }
-  return {std::sqrt(squares / values) > threshold, failures / values > failures_allowed};
-}
-
 struct Verdicts {
   Comparison comparison;
-  SimpleTests simple;
+  BaselineTests baselines;
 };
 
 Verdicts judge(const Film& film, const HealthyScene& healthy) {
@@ -104,7 +66,7 @@ Verdicts judge(const Film& film, const HealthyScene& healthy) {
   Judgement judgement;
   judgement.tolerance.value = 0.0;
   return {compare(test, reference, channels, whole, healthy.regions, judgement),
-          test_simply(test, reference, static_cast<double>(film.samples_per_pixel()))};
+          test_by_baselines(test, reference, static_cast<double>(film.samples_per_pixel()))};
 }
 
 // The difference as a part of the reference, with its 95 % interval.
@@ -120,7 +82,8 @@ std::string named(const Comparison& comparison) {
     if (level == comparison.levels.end() || level->worst.empty()) continue;
     const Finding& f = level->worst.front();
     const std::string place =
-        f.name.empty() ? fmt::format("{} at {},{}", to_string(unit), f.window.x, f.window.y) : f.name;
+        f.name.empty() ? fmt::format("{} at {},{}", to_string(unit), f.window.x, f.window.y)
+                       : f.name;
     return fmt::format("{}, {}: {}", place, f.channel, percent(f.estimate));
   }
   return "";
@@ -139,14 +102,14 @@ std::string true_change(const Comparison& comparison) {
   return fmt::format("{} | {}: {}", whole, worst->name, percent(worst->estimate));
 }
 
-class Trials {
+class Plantings {
  public:
-  Trials(const Options& options, const HealthyScene& healthy)
-      : options_(options), scene_(healthy) {}
+  Plantings(const Options& options, const HealthyScene& healthy)
+      : options_(options), healthy_(healthy) {}
 
   // A row of the table; empty if interrupted. The healthy render comes first.
   std::string run(Fault fault, ProgressLine& line) {
-    Scene scene = scene_.scene;
+    Scene scene = healthy_.scene;
     Settings settings{.seed = 1, .bounces = scene.request.bounces};  // references have seed 0
     plant(fault, scene, settings);
     Film film(scene.camera.width, scene.camera.height);
@@ -166,32 +129,33 @@ class Trials {
     }
     if (found.empty()) {
       found = fmt::format("not found | with {} spp | in {:.3g} s | {}", film.samples_per_pixel(),
-                          seconds, simple_);
+                          seconds, baseline_cells_);
     }
     return fmt::format("| {} | {} | {} | {} |", scene.name, fault_name(fault),
-                       true_change(judge(film, scene_).comparison), found);
+                       true_change(judge(film, healthy_).comparison), found);
   }
 
  private:
   // The cells that tell how the fault was found, if it is.
   std::string look(Fault fault, const Film& film, double seconds, size_t step) {
-    const auto [comparison, simple] = judge(film, scene_);
-    if (fault == Fault::none) healthy_.push_back(simple);
-    const SimpleTests healthy = healthy_[std::min(step, healthy_.size() - 1)];
+    const auto [comparison, baselines] = judge(film, healthy_);
+    if (fault == Fault::none) healthy_baselines_.push_back(baselines);
+    const BaselineTests healthy = healthy_baselines_[std::min(step, healthy_baselines_.size() - 1)];
     const auto word = [](bool is_different, bool is_healthy_different) {
       if (!is_different) return "same";
       return is_healthy_different ? "different, as the healthy" : "different";
     };
-    simple_ = fmt::format("{} | {}", word(simple.rmse, healthy.rmse), word(simple.z, healthy.z));
+    baseline_cells_ =
+        fmt::format("{} | {}", word(baselines.rmse, healthy.rmse), word(baselines.z, healthy.z));
     if (comparison.verdict != Verdict::different) return "";
     return fmt::format("{} | {} spp | {:.2g} s | {}", named(comparison), film.samples_per_pixel(),
-                       seconds, simple_);
+                       seconds, baseline_cells_);
   }
 
   const Options& options_;
-  const HealthyScene& scene_;
-  std::vector<SimpleTests> healthy_;  // with 16, 32, ... samples
-  std::string simple_;                // what the simpler tests have said last, two cells
+  const HealthyScene& healthy_;
+  std::vector<BaselineTests> healthy_baselines_;  // with 16, 32, ... samples
+  std::string baseline_cells_;  // what the baseline tests have said last, two cells
 };
 
 int run(const Options& options) {
@@ -211,9 +175,9 @@ int run(const Options& options) {
       "z-test |"
       "\n|---|---|---|---|---|---|---|---|---|\n");
   for (const HealthyScene& healthy : scenes) {
-    Trials trials(options, healthy);
+    Plantings plantings(options, healthy);
     for (const Fault fault : wanted) {
-      const std::string row = trials.run(fault, line);
+      const std::string row = plantings.run(fault, line);
       if (row.empty()) return 128 + stop_signal;
       fmt::print("{}\n", row);
       std::fflush(stdout);

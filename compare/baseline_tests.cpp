@@ -1,0 +1,46 @@
+#include "compare/baseline_tests.h"
+
+#include <OpenImageIO/color.h>
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <vector>
+
+#include "compare/sums.h"
+
+namespace plumb {
+namespace {
+
+double display_value(double radiance) {
+  return double{OIIO::linear_to_sRGB(static_cast<float>(std::min(radiance, 1.0)))};
+}
+
+}  // namespace
+
+BaselineTests test_by_baselines(const Picture& test, const Picture& reference, double samples) {
+  constexpr double threshold = 0.05, level = 0.01, failures_allowed = 0.0025, least = 1e-4;
+  const Window whole{0, 0, test.image.width, test.image.height};
+  const double alpha = -std::expm1(std::log1p(-level) / double(whole.width * whole.height));
+  const double critical = boost::math::quantile(boost::math::normal(), 1.0 - alpha / 2.0);
+  const std::vector<Pool> blocks = add_up(test, reference, whole, {}).blocks;
+  const size_t channels = test.channel_count();
+  double squares = 0.0, failures = 0.0, values = 0.0;
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    const size_t c = i % (channels + 1);
+    if (c == channels) continue;
+    const Window w = block_window(whole, static_cast<int>(i / (channels + 1)));
+    const double noise =
+        (blocks[i].test_variance + blocks[i].reference_variance) / blocks[i].pixels;
+    const double most = critical * std::sqrt(std::max(noise, least / samples));
+    for (int j = 0; j < w.width * w.height; ++j, ++values) {
+      const size_t pixel = test.image.pixel(w.x + j % w.width, w.y + j / w.width);
+      const double x = test.value(pixel, c), r = reference.value(pixel, c);
+      squares += std::pow(display_value(x) - display_value(r), 2);
+      failures += std::abs(x - r) > most;
+    }
+  }
+  return {std::sqrt(squares / values) > threshold, failures / values > failures_allowed};
+}
+
+}  // namespace plumb
