@@ -47,7 +47,7 @@ struct Contestant {
 struct Attempt {
   std::string name;
   Assessment assessment;
-  std::optional<Tail> tail;
+  std::optional<SampleTail> tail;
   double cost = 0.0;    // relative mean square error times seconds
   std::string refusal;  // why there is no assessment
 
@@ -145,7 +145,7 @@ void print_scene(const std::string& scene, const std::vector<Attempt>& rows) {
       fmt::print("| {} | {} | {} | | | | | - |\n", scene, row.name, row.refusal);
       continue;
     }
-    const Tail tail = row.tail.value_or(Tail{});
+    const SampleTail tail = row.tail.value_or(SampleTail{});
     fmt::print("| {} | {} | {:+.3f} ± {:.3f} % | {} | {} | {} |\n", scene, row.name,
                100.0 * row.assessment.bias, 100.0 * row.assessment.error,
                row.is_right() ? fmt::format("{:.2g}", least / row.cost) : "",

@@ -51,6 +51,10 @@ double confidence(const Pool& pool, double false_alarm) {
   return quantile(complement(student, false_alarm / 2.0)) * std::sqrt(variance) / pool.pixels;
 }
 
+double unseen_margin(double brightest, double samples, double false_alarm) {
+  return 7.0 / 3.0 * brightest * std::log(2.0 / false_alarm) / samples;
+}
+
 Estimate Criterion::estimate(const Pool& pool, double critical) const {
   Estimate result;
   const double n = pool.pixels;

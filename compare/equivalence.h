@@ -51,6 +51,12 @@ double critical_value(double false_alarm, double tests);
 // degrees of freedom.
 double confidence(const Pool& pool, double false_alarm = 0.05);
 
+// How far below its expectation a mean of `samples` samples may lie, but for that chance, because
+// none of them was one of the rare bright ones, of which their variance does not tell: the second
+// term of the empirical Bernstein bound for samples from 0 to `brightest` (Maurer and Pontil,
+// "Empirical Bernstein Bounds and Sample Variance Penalization", 2009, theorem 4).
+double unseen_margin(double brightest, double samples, double false_alarm);
+
 // Variance of a difference, where one picture has missed rare events that the other one has met:
 // each is taken to be at least as noisy as the other one tells.
 double cautious_variance(double test, double reference, double noise_ratio);

@@ -121,7 +121,7 @@ TEST_F(Assess, AllowsForBrightSamplesThatWereNotMet) {
 TEST_F(Assess, BreaksOnWhatIsNotFinite) {
   EXPECT_EQ(assess(trial(std::nanf(""), 1e-4F, 1e9), truth(1.0F), 1e-3).outcome, Outcome::breaks);
   Trial unfit = trial(1.0F, 1e-4F, 1e9);
-  unfit.tail = Tail{.unfit = 1};
+  unfit.tail = SampleTail{.unfit = 1};
   EXPECT_EQ(assess(unfit, truth(1.0F), 1e-3).outcome, Outcome::breaks);
 }
 

@@ -1,0 +1,39 @@
+// Assesses a way of rendering by what it has drawn in a while: whether it is right, and how fast
+// its noise falls.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "compare/picture.h"
+#include "compare/sample_tail.h"
+
+namespace plumb {
+
+// What has been drawn.
+struct Trial {
+  Picture picture;         // with its noise, unless the program has none
+  std::string program;     // with its version; empty for our own
+  double seconds = 0.0;    // of rendering alone
+  double samples = 0.0;    // of all pixels together; 0 if the program has none
+  double brightest = 0.0;  // radiance that a sample may have, though none has
+  std::optional<SampleTail> tail;
+};
+
+// docs/stability.md says what these mean. The first two are right.
+enum class Outcome { holds, noisy, biased, breaks };
+
+struct Assessment {
+  Outcome outcome = Outcome::breaks;
+
+  // All of the mean over the channels; not known of what breaks.
+  double bias = 0.0, error = 0.0;       // of the whole picture, and its standard error; relative
+  double square = 0.0;                  // relMSE, without the truth's noise
+  double seconds_to_one_percent = 0.0;  // for a picture of 256 x 256 pixels
+};
+
+// Holds the averages over the picture and over its blocks against the truth. `false_alarm` is the
+// probability that noise alone makes this trial biased.
+Assessment assess(Trial trial, Picture truth, double false_alarm);
+
+}  // namespace plumb
