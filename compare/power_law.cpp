@@ -16,10 +16,11 @@ namespace {
 constexpr double least_exponent = 0.02;
 constexpr double most_exponent = 4.0;
 
-// For one exponent at a time, what is left is a straight line in x = (N / unit)^-exponent.
-class Fit {
+// Weighted least squares. Given an exponent, the power law is a straight line in
+// x = (N / unit)^-exponent, whose intercept is the floor.
+class Regression {
  public:
-  Fit(const std::vector<Observation>& observations, std::optional<double> floor)
+  Regression(const std::vector<Observation>& observations, std::optional<double> floor)
       : observations_(observations), floor_(floor) {
     double logarithms = 0.0;
     for (const Observation& o : observations) {
@@ -30,14 +31,11 @@ class Fit {
   }
 
   struct Line {
-    double slope, floor, squares;
+    double exponent, slope, floor;
+    double residual_squares;  // weighted sum
   };
 
-  double x(double samples, double exponent) const { return std::pow(samples / unit_, -exponent); }
-
-  Line line(double exponent) const { return line(exponent, floor_); }
-
-  Line line(double exponent, std::optional<double> floor) const {
+  Line fit_line(double exponent) const {
     double w = 0, wx = 0, wy = 0, wxx = 0, wxy = 0;
     for (size_t i = 0; i < observations_.size(); ++i) {
       const double here = x(observations_[i].samples, exponent);
@@ -49,66 +47,73 @@ class Fit {
       wxy += weighted * observations_[i].error;
     }
     const double slope =
-        floor ? (wxy - wx * *floor) / wxx : (w * wxy - wx * wy) / (w * wxx - wx * wx);
-    const double found = floor.value_or((wy - slope * wx) / w);
-    return {slope, found, squares(exponent, slope, found)};
+        floor_ ? (wxy - wx * *floor_) / wxx : (w * wxy - wx * wy) / (w * wxx - wx * wx);
+    Line line{exponent, slope, floor_.value_or((wy - slope * wx) / w), 0.0};
+    for (size_t i = 0; i < observations_.size(); ++i) {
+      const double residual =
+          observations_[i].error - slope * x(observations_[i].samples, exponent) - line.floor;
+      line.residual_squares += weights_[i] * residual * residual;
+    }
+    return line;
   }
 
-  // Weighs by what the line expects.
-  void weigh(double exponent, const Line& line, double tail) {
+  // With the exponent for which the residual sum of squares is smallest.
+  Line best_line() const {
+    const auto squares = [&](double logarithm) {
+      return fit_line(std::exp(logarithm)).residual_squares;
+    };
+    const auto [logarithm, least] = boost::math::tools::brent_find_minima(
+        squares, std::log(least_exponent), std::log(most_exponent), 40);
+    return fit_line(std::exp(logarithm));
+  }
+
+  // Sets the weights to the inverse variances that the line expects.
+  void reweight(const Line& line, double tail) {
     const double floor = std::max(line.floor, 0.0);
     for (size_t i = 0; i < observations_.size(); ++i) {
       const double samples = observations_[i].samples;
       // Chance makes even lines that rise.
       const double noise =
-          std::max(line.slope * x(samples, exponent), 1e-3 * observations_[i].error);
+          std::max(line.slope * x(samples, line.exponent), 1e-3 * observations_[i].error);
       weights_[i] = 1.0 / (noise * (noise + 2.0 * floor) * (1.0 + tail / samples));
     }
   }
 
-  // The logarithm, but for a constant, of how likely normal residuals of these weights are.
-  double likelihood(double exponent) const {
+  // The logarithm, but for a constant, of the likelihood of normal residuals with these weights,
+  // at the most likely common scale of their variances.
+  double log_likelihood(const Line& line) const {
     double sum = 0.0;
     for (const double weight : weights_) sum += std::log(weight);
     const auto n = static_cast<double>(weights_.size());
-    return (sum - n * std::log(line(exponent).squares)) / 2.0;
+    return (sum - n * std::log(line.residual_squares)) / 2.0;
+  }
+
+  Regression with_floor(double floor) const {
+    Regression result = *this;
+    result.floor_ = floor;
+    return result;
   }
 
   double unit() const { return unit_; }
 
  private:
-  double squares(double exponent, double slope, double floor) const {
-    double sum = 0.0;
-    for (size_t i = 0; i < observations_.size(); ++i) {
-      const double rest =
-          observations_[i].error - slope * x(observations_[i].samples, exponent) - floor;
-      sum += weights_[i] * rest * rest;
-    }
-    return sum;
-  }
+  double x(double samples, double exponent) const { return std::pow(samples / unit_, -exponent); }
 
   const std::vector<Observation>& observations_;
   std::optional<double> floor_;
   std::vector<double> weights_;
-  double unit_;
+  double unit_;  // the geometric mean of the numbers of samples, so that x is about 1
 };
 
-// The exponent with the least squares.
-template <typename Squares>
-double best_exponent(Squares squares) {
-  const auto at = [&](double logarithm) { return squares(std::exp(logarithm)); };
-  const auto [logarithm, least] = boost::math::tools::brent_find_minima(
-      at, std::log(least_exponent), std::log(most_exponent), 40);
-  return std::exp(logarithm);
-}
-
-// Where `excess` becomes positive, from `best` in steps that double, `step` first; not beyond
-// `last`.
-double edge(const std::function<double(double)>& excess, double best, double step, double last) {
-  double inside = best;
+// An end of a profile-t confidence interval: where `excess`, by which the residual sum of squares
+// at the other parameters' optimum exceeds what Student's t allows, becomes positive. Searched for
+// from `estimate` in steps that double, `step` first; `limit` if it is not met before.
+double profile_bound(const std::function<double(double)>& excess, double estimate, double step,
+                     double limit) {
+  double inside = estimate;
   for (;; step *= 2.0) {
-    double outside = best + step;
-    if ((step > 0.0) == (outside > last)) outside = last;
+    double outside = estimate + step;
+    if ((step > 0.0) == (outside > limit)) outside = limit;
     if (excess(outside) > 0.0) {
       std::uintmax_t steps = 60;
       const auto [a, b] = boost::math::tools::toms748_solve(
@@ -116,30 +121,26 @@ double edge(const std::function<double(double)>& excess, double best, double ste
           boost::math::tools::eps_tolerance<double>(20), steps);
       return (a + b) / 2.0;
     }
-    if (outside == last) return last;
+    if (outside == limit) return limit;
     inside = outside;
   }
 }
 
-// The exponent of the best line, by weights that follow from it.
-double settle(Fit& fit, double tail) {
-  double exponent = 1.0;
-  for (int round = 0; round < 8; ++round) {
-    exponent = best_exponent([&](double p) { return fit.line(p).squares; });
-    fit.weigh(exponent, fit.line(exponent), tail);
-  }
-  return best_exponent([&](double p) { return fit.line(p).squares; });
+// Iteratively reweighted least squares: the weights follow from the fitted line.
+Regression::Line fit_reweighted(Regression& regression, double tail) {
+  for (int round = 0; round < 8; ++round) regression.reweight(regression.best_line(), tail);
+  return regression.best_line();
 }
 
-// The same for the likeliest tail.
-double settle(Fit& fit) {
+// The same with the tail of the largest likelihood.
+Regression::Line fit_reweighted(Regression& regression) {
   double best_tail = 0.0;
   double best = -std::numeric_limits<double>::infinity();
   for (const double tail : {0.0, 1.0, 4.0, 16.0, 64.0, 256.0, 1024.0}) {
-    const double likelihood = fit.likelihood(settle(fit, tail));
+    const double likelihood = regression.log_likelihood(fit_reweighted(regression, tail));
     if (likelihood > best) best = likelihood, best_tail = tail;
   }
-  return settle(fit, best_tail);
+  return fit_reweighted(regression, best_tail);
 }
 
 }  // namespace
@@ -154,28 +155,30 @@ PowerLaw fit_power_law(const std::vector<Observation>& observations,
     throw std::invalid_argument(
         "a fit needs four pictures or more, with three different numbers of samples");
   }
-  Fit fit(observations, floor);
+  Regression regression(observations, floor);
   const bool shows_scatter = observations.size() >= counts.size() + 10;
-  const double p = shows_scatter ? settle(fit) : settle(fit, 0.0);
-  const Fit::Line line = fit.line(p);
+  const Regression::Line line =
+      shows_scatter ? fit_reweighted(regression) : fit_reweighted(regression, 0.0);
 
   const double freedom = static_cast<double>(observations.size()) - (floor ? 2.0 : 3.0);
   const double t = quantile(complement(boost::math::students_t(freedom), 0.025));
-  const double most = line.squares * (1.0 + t * t / freedom);
-  const auto by_exponent = [&](double exponent) { return fit.line(exponent).squares - most; };
-  PowerLaw law{
-      line.slope * std::pow(fit.unit(), p),
-      {p, edge(by_exponent, p, -1e-3, least_exponent), edge(by_exponent, p, 1e-3, most_exponent)},
-      {line.floor, line.floor, line.floor}};
+  const double allowed = line.residual_squares * (1.0 + t * t / freedom);
+  const auto exponent_excess = [&](double exponent) {
+    return regression.fit_line(exponent).residual_squares - allowed;
+  };
+  const double p = line.exponent;
+  PowerLaw law{line.slope * std::pow(regression.unit(), p),
+               {p, profile_bound(exponent_excess, p, -1e-3, least_exponent),
+                profile_bound(exponent_excess, p, 1e-3, most_exponent)},
+               {line.floor, line.floor, line.floor}};
   if (floor) return law;
-  const auto by_floor = [&](double trial) {
-    const auto squares = [&](double exponent) { return fit.line(exponent, trial).squares; };
-    return squares(best_exponent(squares)) - most;
+  const auto floor_excess = [&](double other) {
+    return regression.with_floor(other).best_line().residual_squares - allowed;
   };
   const auto [least, largest] = std::ranges::minmax(observations, {}, &Observation::error);
   const double step = 1e-3 * least.error;
-  law.floor.low = edge(by_floor, line.floor, -step, -largest.error);
-  law.floor.high = edge(by_floor, line.floor, step, largest.error);
+  law.floor.low = profile_bound(floor_excess, line.floor, -step, -largest.error);
+  law.floor.high = profile_bound(floor_excess, line.floor, step, largest.error);
   return law;
 }
 
