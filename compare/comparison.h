@@ -1,4 +1,4 @@
-// Compares a picture with a reference: how far apart they are, and whether noise explains it.
+// Compares a picture with a reference: how far apart they are, and whether noise explains that.
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,23 @@
 
 namespace plumb {
 
-// A radiance, or a fraction of the mean of the reference's channel (over a region for regions, over
-// the image else); or a number of pixels, or a fraction of them.
+// Either an absolute amount (radiance, or a number of pixels), or a fraction: of the mean of the
+// reference's channel, over the region where a region is judged and else over the image; or of the
+// number of pixels.
 struct Amount {
   double value = 0;
   bool is_relative = true;
 };
 
 struct Judgement {
-  Amount tolerance{0.01};
-  std::optional<Amount> floor;        // of what is wrong with the pictures beside their known noise
-  std::optional<Amount> image_floor;  // the same of the whole image's average; else it is the floor
-  double false_alarm = 1e-3;          // the chance that noise alone makes the verdict "different"
-  Amount max_outliers{0, false};      // pixels that may differ
+  Amount tolerance{0.01};  // a difference that does not matter
+
+  // How wrong the pictures may be beside their known noise. The whole image's average has a floor
+  // of its own if there is an `image_floor`.
+  std::optional<Amount> floor, image_floor;
+
+  double false_alarm = 1e-3;      // the probability that noise alone makes the verdict `different`
+  Amount max_outliers{0, false};  // how many pixels may differ
 };
 
 // What is averaged before it is judged.
@@ -50,46 +54,48 @@ struct Level {
   std::vector<Finding> worst;  // of the units that differ ten at most, the clearest first
 };
 
-// Of one channel, with x the test and r the reference.
+// Measures of the error in one channel, with x the test and r the reference.
 struct Errors {
   double mae = 0;      // mean |x - r|
   double mse = 0;      // mean (x - r)^2
   double rel_mse = 0;  // mean (x - r)^2 / (r^2 + relative_epsilon)
   double smape = 0;    // mean 2 |x - r| / (|x| + |r| + relative_epsilon)
   double bias_squared = 0, test_noise = 0, reference_noise = 0;  // the known parts of mse
-  double peak = 1;  // the reference's largest value, 1 at least
-  double max = -1;  // max |x - r|, at the pixel x, y with these two values
-  int x = 0, y = 0;
-  double max_test = 0, max_reference = 0;
+  double peak = 1;                         // the reference's largest value, but at least 1
+  double max = -1;                         // the largest |x - r|
+  int x = 0, y = 0;                        // the pixel where that is,
+  double max_test = 0, max_reference = 0;  // and its two values
 
   double psnr() const;  // 10 lg(peak^2 / mse)
 };
 
 struct Comparison {
-  std::vector<std::string> channels;  // those compared, and "all" for their mean
+  std::vector<std::string> channels;  // the compared ones, and "all" for their mean
   Window window;
-  std::vector<Errors> errors;              // of each of the channels
-  std::vector<double> tolerances, floors;  // radiance, of each channel over the image
+  std::vector<Errors> errors;              // one for each of the channels
+  std::vector<double> tolerances, floors;  // radiance, for each channel over the image
   bool knows_noise = false;
   std::vector<Finding> image, regions;  // a finding for each channel (of each region)
   std::vector<Level> levels;
-  bool is_same_but_for_pixels = false;  // more pixels differ than may, and nothing else does
+  bool is_same_but_for_pixels = false;  // more pixels differ than are allowed to, and nothing else
   Verdict verdict = Verdict::inconclusive;
-  double samples_factor = 1;  // how many times the samples would decide it
-  int64_t fireflies = 0;      // pixels that outshine their surroundings
-  Estimate without_fireflies;
-  std::optional<Flip> flip;  // left to the caller: it judges nothing
+  double samples_factor = 1;   // this many times the samples would lead to a decision
+  int64_t fireflies = 0;       // how many pixels outshine their surroundings
+  Estimate without_fireflies;  // the mean of all channels over the other pixels
+  std::optional<Flip> flip;    // compare() leaves it empty; no verdict depends on it
 };
 
-// The pictures are matched already; `regions` may be empty.
+// Compares two pictures that match() has matched, which returned the `channels`. `regions` may be
+// empty.
 //
-// The verdict is "different" if an average over the image, a region or a block, or more pixels than
-// allowed, differ by more than the tolerance, noise and number of tests being allowed for. It is
-// "same" if the image's and all regions' averages surely differ by less. Where the noise of either
-// picture is not known and no floor is stated, every pixel is held against the tolerance instead.
+// The verdict is `different` if the average over the image, a region or a block differs by more
+// than the tolerance, or if more pixels do than are allowed to, where noise and the number of tests
+// are accounted for. It is `same` if the averages of the image and of all regions surely differ by
+// less. Where the noise of either picture is not known and no floor is stated, every pixel is held
+// against the tolerance instead.
 //
-// A firefly is a pixel that differs by more than the tolerance, with more than half of its block's
-// squared differences and 64 times the mean one of the typical block.
+// A firefly is a pixel that differs by more than the tolerance, whose squared difference is more
+// than half of the sum over its block and more than 64 times the mean over the typical block.
 Comparison compare(const Picture& test, const Picture& reference,
                    const std::vector<std::string>& channels, const Window& window,
                    const Regions& regions, const Judgement& judgement);

@@ -16,8 +16,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-std::string percent(double part) { return fmt::format("{:.2g} %", 100.0 * part); }
-
 std::string seconds_text(double seconds) {
   if (seconds >= 3600.0) return fmt::format("{:.3g} h", seconds / 3600.0);
   return fmt::format("{:.3g} s", seconds);

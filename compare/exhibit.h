@@ -1,5 +1,5 @@
-// What a study shows: how error falls with samples, and what speed costs in accuracy. Each as a
-// plot with its table and sentences.
+// What a study shows: how the error falls with the samples, and how accuracy trades against speed.
+// Each is a plot with its table and sentences.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -20,13 +20,14 @@ struct Exhibit {
   nlohmann::ordered_json data;  // every point, and the fits
 };
 
-// relMSE against samples per pixel, with the power law of each series and channel.
+// Plots relMSE against samples per pixel, and fits a power law to each series and channel.
 Exhibit convergence(const Study& study);
 
-// Relative error, the root of relMSE, against seconds of rendering, with the Pareto front: those
-// points than which none is both faster and more accurate. Variance x time is that of a series'
-// last point, and the best one is the best without a bias. The times to 1 % and to 0.1 % follow
-// from the power law and are marked with ~ where no render took as long.
+// Plots the relative error, which is the root of relMSE, against seconds of rendering, with the
+// Pareto front: the points to which no other point is superior in both speed and accuracy. Variance
+// x time is that of the last point of a series; the best one is the smallest among the series
+// without bias. The times to 1 % and to 0.1 % follow from the power law, with ~ where no render
+// took as long.
 Exhibit speed_and_accuracy(const Study& study);
 
 std::string to_text(const Exhibit& exhibit);

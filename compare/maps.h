@@ -1,4 +1,4 @@
-// Differences as pictures.
+// Pictures of where two pictures differ.
 #pragma once
 
 #include <optional>
@@ -7,14 +7,14 @@
 
 namespace plumb {
 
-// Of the mean over the compared channels, a value per pixel of the window: the difference test -
-// reference, that divided by its claimed standard deviation, or that of the block's mean; or FLIP.
+// What a pixel shows of the mean over the compared channels: the difference test - reference; that
+// divided by its claimed standard deviation; the latter of its block's averages; or FLIP.
 enum class MapKind { difference, z, blocks, flip };
 
-// Draws the map with an evenly diverging palette (lightness and chroma are linear in Oklab,
-// Ottosson 2020): blue is negative, white 0, red positive. The bar below tells the scale: what it
-// is for the largest colour is also returned as the provenance's `scale`. Throws
-// std::invalid_argument if FLIP is to be drawn and is not there.
+// Draws the map of a window with a diverging palette, whose lightness and chroma are linear in
+// Oklab (Ottosson 2020): negative values are blue, 0 is white, positive values are red. The bar
+// below tells the scale; the provenance's `scale` is the value of the strongest colour.
+// Throws std::invalid_argument if FLIP is to be drawn and `flip` is empty.
 Image draw_map(MapKind kind, const Picture& test, const Picture& reference, const Window& window,
                const std::optional<Flip>& flip = {});
 

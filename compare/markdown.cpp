@@ -1,6 +1,9 @@
 #include "compare/markdown.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 namespace plumb {
 
@@ -22,6 +25,10 @@ std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
   text += line(head, ' ') + line(TableRow(head.size()), '-');
   for (const TableRow& row : rows) text += line(row, ' ');
   return text;
+}
+
+std::string percent(double part, double whole) {
+  return whole == 0.0 ? "-" : fmt::format("{:.2g} %", 100.0 * part / std::abs(whole));
 }
 
 }  // namespace plumb

@@ -1,4 +1,4 @@
-// Tables for documents and terminals.
+// Tables and numbers for documents and terminals.
 #pragma once
 
 #include <string>
@@ -8,7 +8,11 @@ namespace plumb {
 
 using TableRow = std::vector<std::string>;
 
-// A Markdown table that is also fit for a terminal. No rows, no table.
+// A Markdown table whose columns are aligned, so that it can be read in a terminal too. Without
+// rows it is empty. Every row has as many cells as the head.
 std::string table(const TableRow& head, const std::vector<TableRow>& rows);
+
+// A part of a whole in per cent with two digits; "-" if the whole is 0.
+std::string percent(double part, double whole = 1.0);
 
 }  // namespace plumb

@@ -45,33 +45,36 @@ struct Picture {
   double samples_per_pixel() const { return image.provenance.samples_per_pixel(); }
 };
 
-// One picture, which may say of how many replicates its variances are.
+// Makes a picture from an image, which may say how many replicates its variances are from; else two
+// are assumed.
 Picture to_picture(const std::string& side, Image image);
 
-// Reads a picture, or the mean of several renders of the same scene with other seeds and as many
-// samples, whose scatter then is its noise. `part` as for read_image(). Throws ImageError.
+// Reads a picture. Several files are renders of the same scene with different seeds and equally
+// many samples: the picture is their mean, and their scatter is its noise. `part` is the same as in
+// read_image(). Throws ImageError.
 Picture read_picture(const std::string& side, const std::vector<std::string>& files,
                      const std::string& part);
 
-// Chooses the channels to compare: those that are wanted; or else R G B; or else all, which must be
-// the same then. Returns their names. Throws ImageError if sizes or channels don't match, or if a
-// value is not a finite number or, unless `negative` allows it, negative.
+// Chooses the channels to compare and returns their names: the wanted ones; if none are wanted, R G
+// B; without these, all channels, which then must be the same in both pictures. Throws ImageError
+// if sizes or channels do not match, or if a value is not finite or, unless `negative` allows that,
+// negative.
 std::vector<std::string> match(Picture& test, Picture& reference,
                                const std::vector<std::string>& wanted, bool negative);
 
-// Pixels x to x + width - 1, y to y + height - 1.
+// The pixels x to x + width - 1 and y to y + height - 1; y points down.
 struct Window {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
 struct Regions {
   std::vector<std::string> names;
-  std::vector<int> of_pixel;  // index of its name, -1 for none; empty if there are no regions
+  std::vector<int> of_pixel;  // the index of its region's name, or -1; empty without any regions
 };
 
-// Reads a mask: a colour for each region, black for none. A region's name is the picture's text
-// "plumbline:region#RRGGBB" or else "#RRGGBB", the colour's sRGB codes. Throws ImageError, also if
-// the mask is not of this size.
+// Reads a mask, which has a colour for each region and black for pixels in none. A region's name is
+// the mask's metadata "plumbline:region#RRGGBB" or, without that, "#RRGGBB" itself, with the sRGB
+// codes of the colour. Throws ImageError, also if the mask does not have this size.
 Regions read_regions(const std::filesystem::path& mask, int width, int height);
 
 }  // namespace plumb

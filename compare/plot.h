@@ -8,7 +8,7 @@
 namespace plumb {
 
 struct PlotPoint {
-  double x = 0, y = 0, low = 0, high = 0;  // the error bar reaches from low to high
+  double x = 0, y = 0, low = 0, high = 0;  // the error bar ranges from low to high
 };
 
 struct Curve {
@@ -20,11 +20,12 @@ struct Curve {
 struct Plot {
   std::string title, x_title, y_title;
   std::vector<Curve> curves;
-  std::vector<PlotPoint> front;  // steps behind the curves, if there are any
+  std::vector<PlotPoint> front;  // drawn as steps behind the curves
 };
 
-// Points at or below 0 are left out. Throws std::invalid_argument if the file is neither .svg nor
-// .png, std::runtime_error if gnuplot is not installed or fails, FileError as write_file() does.
+// Draws the plot without the points that are 0 or negative, which logarithmic axes can't show.
+// Throws std::invalid_argument if the file is neither .svg nor .png, and std::runtime_error if
+// gnuplot is not installed or fails; and FileError as write_file() does.
 void write_plot(const Plot& plot, const std::filesystem::path& file);
 
 }  // namespace plumb

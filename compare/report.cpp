@@ -16,10 +16,6 @@ using Json = nlohmann::ordered_json;
 
 std::string short_number(double value) { return fmt::format("{:.4g}", value); }
 
-std::string percent(double part, double whole) {
-  return whole == 0.0 ? "-" : fmt::format("{:.2g} %", 100.0 * part / std::abs(whole));
-}
-
 std::string bias(const Estimate& e) {
   const bool is_relative = e.reference != 0.0;
   const double unit = is_relative ? std::abs(e.reference) / 100.0 : 1.0;
@@ -231,7 +227,7 @@ std::string explain(const Comparison& comparison, const ComparedFiles& files) {
   }
   std::string levels;
   for (const Level& level : comparison.levels) {
-    levels += fmt::format("{}{} of {} {}", levels.empty() ? "" : ", ", percent(level.visible, 1.0),
+    levels += fmt::format("{}{} of {} {}", levels.empty() ? "" : ", ", percent(level.visible),
                           level.unit == Unit::image ? "the" : "a", to_string(level.unit));
   }
   return text + "Would have been found: " + levels + ".\n";

@@ -1,4 +1,4 @@
-// A comparison for people and for programs.
+// What a comparison found, as text for people and as JSON for programs.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,18 +8,18 @@
 
 namespace plumb {
 
-// Whom the report is about.
+// What the report says about the two pictures.
 struct ComparedFiles {
-  std::string test, reference;   // file names
-  std::string notes;             // what was assumed, a line each
+  std::string test, reference;   // the names of the files
+  std::string notes;             // lines that tell what was assumed about them
   double samples_per_pixel = 0;  // of the test; 0 if not known
 };
 
-// Markdown.
+// The whole report, in Markdown.
 std::string to_text(const Comparison& comparison, const ComparedFiles& files);
 nlohmann::ordered_json to_json(const Comparison& comparison, const ComparedFiles& files);
 
-// The verdict and its reason, and what would have been found; a line each.
+// A line with the verdict and its reason, and a line that tells which errors would have been found.
 std::string explain(const Comparison& comparison, const ComparedFiles& files);
 
 }  // namespace plumb

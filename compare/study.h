@@ -1,4 +1,4 @@
-// Renders of one scene by several methods, held against one reference: the data of convergence
+// Renders of one scene by several methods, compared with one reference: the data of convergence
 // plots and of charts of speed against accuracy.
 #pragma once
 
@@ -24,35 +24,35 @@ Label label_of(const Picture& picture);
 
 struct Render {
   Label label;
-  std::vector<double>
-      errors;  // relMSE of each channel, and their mean; the reference's noise in it
+
+  // The relMSE of each channel, and their mean. The reference's noise is part of it.
+  std::vector<double> errors;
 };
 
 // The renders of a series at one step.
 struct Point {
   Label label;  // with the medians of the seconds
   size_t runs = 0;
-  std::vector<double> errors;      // means, without the reference's noise
-  std::vector<double> deviations;  // the means' standard errors by the runs' scatter; 0 of one run
+  std::vector<double> errors;      // mean relMSE of the runs, without the reference's noise
+  std::vector<double> deviations;  // its standard error by the scatter of the runs; 0 for one run
 };
 
 struct Series {
   std::string name;
   std::vector<Render> renders;
-  std::vector<Point> points;  // by samples, and then by seconds
+  std::vector<Point> points;  // sorted by samples, and then by seconds
 };
 
-// How a series' relMSE falls in one channel, and what is left of it without end: the square of
-// `bias`, without the reference's noise. Below that noise it is negative.
+// How the relMSE of a series falls in one channel, and where it stops.
 //
-// It stops if its floor is above the reference's noise by twice the 95 % interval, and if at its
-// end it falls slower than 1 / N, than which no unbiased picture's noise falls slower: a fit takes
-// what falls ever less fast, as quasi-random samples' error does, for a floor. If it does not stop,
-// the law is that without any floor but the reference's noise.
+// It is said to stop if its floor exceeds the reference's noise by twice the half width of the 95 %
+// interval, and if at the end of the series it falls more slowly than 1 / N. The second condition
+// is needed because a fit takes an error for a floor that falls ever more slowly, as that of
+// quasi-random samples does; but no unbiased picture's noise falls more slowly than 1 / N.
 struct Convergence {
-  PowerLaw law;
-  Interval floor;  // with the reference's noise, as the fit without that knowledge finds it
-  Interval bias;
+  PowerLaw law;    // if the error does not stop, its floor is fixed at the reference's noise
+  Interval floor;  // as a fit finds it that does not know of the reference's noise
+  Interval bias;   // the root of the floor without that noise; negative where the floor is less
   bool stops = false;
 };
 
@@ -61,19 +61,20 @@ class Study {
  public:
   explicit Study(Picture reference) : reference_(std::move(reference)) {}
 
-  // Throws ImageError if the picture can't be compared with the reference.
+  // Adds a render. Throws ImageError if it can't be compared with the reference.
   void add(Picture picture, const Label& label);
 
-  // The channels that are compared, and "all" for their mean.
+  // The names of the compared channels, and "all" for their mean.
   const std::vector<std::string>& channels() const { return channels_; }
 
-  // In the order in which they were added first. Throws ImageError if none was.
+  // All series, in the order of their first renders. Throws ImageError if there is none.
   std::vector<Series> series() const;
 
-  // What a perfect picture's relMSE would be, of each channel.
+  // For each channel the relMSE that a perfect picture would have.
   const std::vector<double>& reference_noise() const { return noise_; }
 
-  // Throws std::invalid_argument with the reason if the series has too few renders.
+  // Fits one channel of a series. Throws std::invalid_argument, with the reason, if it has too few
+  // renders.
   Convergence convergence(const Series& series, size_t channel) const;
 
  private:

@@ -1,4 +1,4 @@
-// Adds up two pictures and their differences over blocks, regions and all pixels.
+// Sums of two pictures and of their differences over blocks, regions and all pixels.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,10 @@ namespace plumb {
 
 constexpr int block_side = 8;
 
-// What the two pictures say about one channel of a pixel or, for a channel past the last one, about
-// the mean over the channels. How the noise of a pixel's channels is correlated is not known: the
-// standard deviation of the mean is at most the mean of the standard deviations.
+// What the two pictures say about one channel of a pixel. The channel after the last one is the
+// mean over all channels; because the correlation between the noise of a pixel's channels is not
+// known, its standard deviation is the largest possible one, which is the mean of the standard
+// deviations.
 struct PixelPair {
   double test = 0, reference = 0, test_variance = 0, reference_variance = 0;
   double difference() const { return test - reference; }
@@ -33,16 +34,18 @@ struct Pool {
   void operator+=(const Pool& other);
 };
 
-// By units (blocks by rows, regions), in each by channels; the last one is the channels' mean.
+// Ordered by units (regions, or blocks row by row) and within each unit by channels, the last of
+// which is the mean over the channels.
 struct Sums {
   std::vector<Pool> image, regions, blocks;
 };
 Sums add_up(const Picture& test, const Picture& reference, const Window& window,
             const Regions& regions);
 
-// The upper one of the two in the middle; 0 if there are no values.
+// Of an even number of values this is the larger one of the two in the middle; of none it is 0.
 double median(std::vector<double> values);
 
+// The pixels of a block of the window, which has less than block_side of them at an edge.
 Window block_window(const Window& window, int block);
 
 }  // namespace plumb

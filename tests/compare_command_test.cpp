@@ -343,7 +343,8 @@ TEST_F(CompareCommand, BrokenGatesAreTrouble) {
       {"", "no [[compare]]"},
       {"[[compare]]\ntest = 'clean.exr'\n", "TEST and REFERENCE are required"},
       {"[[compare]]\ntest = 'clean.exr'\nreference = 'clean.exr'\ncolour = 1\n", "--colour"},
-      {"[[compare]]\ntest = 'clean.exr'\nreference = 'clean.exr'\ntolerance = 'x'\n", "'x'"}};
+      {"[[compare]]\ntest = 'clean.exr'\nreference = 'clean.exr'\ntolerance = 'x'\n", "'x'"},
+      {"\n[[compare]]\nexpect = 'equal'\n", "gate.toml:3: 'expect' is not one of"}};
   for (const auto& [text, reason] : cases) {
     write_text(folder / "gate.toml", text);
     const Result result = compare("--gate gate.toml");
