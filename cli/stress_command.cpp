@@ -48,10 +48,7 @@ struct Attempt {
   std::string name;
   Assessment assessment;
   std::optional<SampleTail> tail;
-  double cost = 0.0;    // relative mean square error times seconds
   std::string refusal;  // why there is no assessment
-
-  bool is_right() const { return refusal.empty() && assessment.outcome <= Outcome::noisy; }
 };
 
 void add_options(CLI::App& command, Options& options) {
@@ -104,7 +101,7 @@ std::optional<Attempt> try_out(const Contestant& contestant, const StressScene& 
   const std::string title = fmt::format("{}, {}", stress.scene.name, contestant.name);
   line.show(title);
   const Watcher watcher{[&](const std::string&) { line.show(title); }, stop_requested};
-  Attempt row{contestant.name, {}, {}, 0.0, ""};
+  Attempt row{contestant.name, {}, {}, ""};
   try {
     const std::optional<Trial> trial =
         contestant.program
@@ -114,7 +111,6 @@ std::optional<Attempt> try_out(const Contestant& contestant, const StressScene& 
     if (contestant.program) row.name = trial->program;
     row.assessment = assess(*trial, truth, alarm);
     row.tail = trial->tail;
-    row.cost = row.assessment.square * trial->seconds;
   } catch (const std::exception& error) {
     if (!contestant.program) throw;
     row.refusal = error.what();
@@ -122,10 +118,9 @@ std::optional<Attempt> try_out(const Contestant& contestant, const StressScene& 
   return row;
 }
 
-std::string verdict(const Attempt& row) {
-  if (!row.refusal.empty()) return "-";
-  const double seconds = row.assessment.seconds_to_one_percent;
-  switch (row.assessment.outcome) {
+std::string verdict(const Assessment& assessment) {
+  const double seconds = assessment.seconds_to_one_percent;
+  switch (assessment.outcome) {
     case Outcome::holds: return "holds";
     case Outcome::noisy:
       if (seconds < 7200.0) return fmt::format("noisy: 1 % in {:.0f} min", seconds / 60.0);
@@ -139,20 +134,22 @@ std::string verdict(const Attempt& row) {
 
 void print_scene(const std::string& scene, const std::vector<Attempt>& rows) {
   double least = std::numeric_limits<double>::infinity();
-  for (const Attempt& row : rows) least = row.is_right() ? std::min(least, row.cost) : least;
+  for (const Attempt& row : rows) {
+    if (row.assessment.is_right()) least = std::min(least, row.assessment.cost);
+  }
   for (const Attempt& row : rows) {
     if (!row.refusal.empty()) {
       fmt::print("| {} | {} | {} | | | | | - |\n", scene, row.name, row.refusal);
       continue;
     }
-    const SampleTail tail = row.tail.value_or(SampleTail{});
+    const Assessment& assessment = row.assessment;
     fmt::print("| {} | {} | {:+.3f} ± {:.3f} % | {} | {} | {} |\n", scene, row.name,
-               100.0 * row.assessment.bias, 100.0 * row.assessment.error,
-               row.is_right() ? fmt::format("{:.2g}", least / row.cost) : "",
-               row.tail ? fmt::format("{:.0f} % | {:.2g} | {}", 100.0 * tail.fireflies,
-                                      tail.kurtosis, tail.unfit)
+               100.0 * assessment.bias, 100.0 * assessment.error,
+               assessment.is_right() ? fmt::format("{:.2g}", least / assessment.cost) : "",
+               row.tail ? fmt::format("{:.0f} % | {:.2g} | {}", 100.0 * row.tail->fireflies,
+                                      row.tail->kurtosis, row.tail->unfit)
                         : " | | ",
-               verdict(row));
+               verdict(assessment));
   }
 }
 
@@ -179,7 +176,7 @@ int run(const Options& options) {
       if (!row) break;
       const bool is_said =
           stress.beyond_float && contestant.settings.precision == Precision::float32;
-      has_failed |= !contestant.program && !is_said && !row->is_right();
+      has_failed |= !contestant.program && !is_said && !row->assessment.is_right();
       rows.push_back(*row);
     }
     print_scene(stress.scene.name, rows);

@@ -20,7 +20,7 @@ struct Trial {
   std::optional<SampleTail> tail;
 };
 
-// docs/stability.md says what these mean. The first two are right.
+// docs/stability.md says what these mean.
 enum class Outcome { holds, noisy, biased, breaks };
 
 struct Assessment {
@@ -28,8 +28,10 @@ struct Assessment {
 
   // All of the mean over the channels; not known of what breaks.
   double bias = 0.0, error = 0.0;       // of the whole picture, and its standard error; relative
-  double square = 0.0;                  // relMSE, without the truth's noise
+  double cost = 0.0;                    // relMSE, without the truth's noise, times seconds
   double seconds_to_one_percent = 0.0;  // for a picture of 256 x 256 pixels
+
+  bool is_right() const { return outcome == Outcome::holds || outcome == Outcome::noisy; }
 };
 
 // Holds the averages over the picture and over its blocks against the truth. `false_alarm` is the

@@ -51,7 +51,7 @@ TEST(Stress, NoMethodIsBiasedInDoubleNorInFloatUnlessThatIsSaid) {
         const auto trial = try_method(stress.scene, settings, limits, never);
         ASSERT_TRUE(trial.has_value());
         const Assessment assessment = assess(*trial, truth, 1e-6);
-        EXPECT_LE(assessment.outcome, Outcome::noisy)
+        EXPECT_TRUE(assessment.is_right())
             << stress.scene.name << ", method " << int(method) << ", precision " << int(precision)
             << ": " << 100.0 * assessment.bias << " % +- " << 100.0 * assessment.error;
       }
