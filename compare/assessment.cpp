@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "compare/equivalence.h"
 #include "compare/sums.h"
@@ -41,13 +42,11 @@ bool is_biased(const Sums& sums, const Trial& trial, double false_alarm) {
   const Pool& whole = sums.image.back();
   const double mean = whole.reference / whole.pixels;
   // Half of the false alarms for the picture, half for all of its blocks.
-  if (is_off(whole, trial, mean, false_alarm / 2.0)) return true;
-  const size_t channels = sums.image.size();
-  const auto blocks = static_cast<double>(sums.blocks.size()) / static_cast<double>(channels);
-  for (size_t i = channels - 1; i < sums.blocks.size(); i += channels) {
-    if (is_off(sums.blocks[i], trial, mean, false_alarm / 2.0 / blocks)) return true;
-  }
-  return false;
+  const std::vector<Pool> blocks = sums.blocks_of(sums.image.size() - 1);
+  const double alarm_of_block = false_alarm / 2.0 / static_cast<double>(blocks.size());
+  return is_off(whole, trial, mean, false_alarm / 2.0) ||
+         std::ranges::any_of(
+             blocks, [&](const Pool& block) { return is_off(block, trial, mean, alarm_of_block); });
 }
 
 double relative_square_error(const Picture& test, const Picture& truth) {

@@ -18,8 +18,7 @@ constexpr int neighbourhood = 4;  // pixels to each side whose noise a pixel may
 // The test's variance over the reference's in the typical block, for one channel.
 double noise_ratio(const Sums& sums, size_t channel) {
   std::vector<double> ratios;
-  for (size_t i = channel; i < sums.blocks.size(); i += sums.image.size()) {
-    const Pool& block = sums.blocks[i];
+  for (const Pool& block : sums.blocks_of(channel)) {
     if (block.test_variance > 0.0 && block.reference_variance > 0.0) {
       ratios.push_back(block.test_variance / block.reference_variance);
     }
@@ -164,20 +163,19 @@ class Judge {
 
   void find_fireflies(const Sums& sums, const Window& window) {
     const size_t all = criteria_.size() - 1;
+    const std::vector<Pool> blocks = sums.blocks_of(all);
     std::vector<double> typical;
-    for (size_t i = all; i < sums.blocks.size(); i += all + 1) {
-      typical.push_back(sums.blocks[i].squares / sums.blocks[i].pixels);
-    }
+    for (const Pool& block : blocks) typical.push_back(block.squares / block.pixels);
     const double tolerated = criteria_[all].tolerance + criteria_[all].floor;
     const double least = std::max(64.0 * median(typical), tolerated * tolerated);
     Pool rest = sums.image[all];
-    for (size_t i = all; i < sums.blocks.size(); i += all + 1) {
-      if (sums.blocks[i].squares <= least) continue;
-      const Window w = block_window(window, static_cast<int>(i / (all + 1)));
+    for (size_t i = 0; i < blocks.size(); ++i) {
+      if (blocks[i].squares <= least) continue;
+      const Window w = block_window(window, static_cast<int>(i));
       for (int j = 0; j < w.width * w.height; ++j) {
         const PixelPair pair = pair_at(w.x + j % w.width, w.y + j / w.width, all);
         const double square = pair.difference() * pair.difference();
-        if (square <= std::max(least, sums.blocks[i].squares / 2.0)) continue;
+        if (square <= std::max(least, blocks[i].squares / 2.0)) continue;
         ++result_.fireflies;
         rest.add(pair, test_, reference_, -1.0);
       }

@@ -58,6 +58,12 @@ void Pool::operator+=(const Pool& other) {
   }
 }
 
+std::vector<Pool> Sums::blocks_of(size_t channel) const {
+  std::vector<Pool> pools;
+  for (size_t i = channel; i < blocks.size(); i += image.size()) pools.push_back(blocks[i]);
+  return pools;
+}
+
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

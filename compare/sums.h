@@ -38,6 +38,8 @@ struct Pool {
 // which is the mean over the channels.
 struct Sums {
   std::vector<Pool> image, regions, blocks;
+
+  std::vector<Pool> blocks_of(size_t channel) const;
 };
 Sums add_up(const Picture& test, const Picture& reference, const Window& window,
             const Regions& regions);
