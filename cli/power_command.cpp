@@ -58,7 +58,7 @@ struct Verdicts {
 };
 
 Verdicts judge(const Film& film, const HealthyScene& healthy) {
-  Picture test{"test", to_image(film, false), {}, {}, {}, Film::replicates - 1};
+  Picture test = to_picture("test", to_image(film, false), Film::replicates);
   Picture reference = healthy.reference;
   const auto channels = match(test, reference, {}, false);
   if (!reference.knows_noise()) throw ImageError("the reference doesn't tell its noise");

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <regex>
 #include <stdexcept>
+#include <utility>
 
 #include "cli/film_image.h"
 #include "cli/names.h"
@@ -48,16 +49,15 @@ StressScene::StressScene(const std::filesystem::path& scene_file)
 }
 
 Picture StressScene::find_truth(const Limits& limits, const std::atomic<bool>& stop) const {
-  Picture truth{.side = "reference", .image = {}, .degrees_of_freedom = Film::replicates - 1};
-  if (oracle == Oracle::radiance) {
-    truth.image = {scene.camera.width, scene.camera.height, {"R", "G", "B"}, {}, {}};
-    truth.image.values.assign(truth.image.pixel(0, scene.camera.height) * 3, std::stof(value));
-  } else if (oracle == Oracle::like) {
-    truth.image = render_slowly(read_scene(file.parent_path() / value), limits, stop);
+  const std::filesystem::path beside = file.parent_path() / value;
+  if (oracle == Oracle::picture) return read_picture("reference", {beside}, "");
+  Image truth{scene.camera.width, scene.camera.height, {"R", "G", "B"}, {}, {}};
+  if (oracle == Oracle::like) {
+    truth = render_slowly(read_scene(beside), limits, stop);
   } else {
-    truth = read_picture("reference", {file.parent_path() / value}, "");
+    truth.values.assign(truth.pixel(0, truth.height) * 3, std::stof(value));
   }
-  return truth;
+  return to_picture("reference", std::move(truth), Film::replicates);
 }
 
 }  // namespace plumb::cli

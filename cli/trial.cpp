@@ -50,9 +50,7 @@ std::optional<Trial> try_method(const Scene& scene, const Settings& settings, co
   const SampleTail tail = measure_tail(scene, settings, film, limits);
   const double by_chance =
       finds_lamps_by_chance(scene, settings.method) ? brightest_lamp(scene) : 0;
-  return Trial{.picture = {.side = "test",
-                           .image = to_image(film, false),
-                           .degrees_of_freedom = Film::replicates - 1},
+  return Trial{.picture = to_picture("test", to_image(film, false), Film::replicates),
                .program = "",
                .seconds = cost.wall_seconds,
                .samples = static_cast<double>(cost.samples),
@@ -82,9 +80,7 @@ std::optional<Trial> try_program(const Scene& scene, const std::filesystem::path
   const double brightest =
       std::max(brightest_lamp(scene),
                brightest_by_scatter(reference.image, reference.seeds, samples_of_seed));
-  return Trial{.picture = {.side = "test",
-                           .image = std::move(reference.image),
-                           .degrees_of_freedom = reference.seeds - 1.0},
+  return Trial{.picture = to_picture("test", std::move(reference.image), reference.seeds),
                .program = reference.program,
                .seconds = reference.wall_seconds,
                .samples = reference.samples_per_pixel * pixels,

@@ -1,4 +1,4 @@
-// A way of rendering is tried on a scene for a while.
+// Tries a way of rendering on a scene for a limited time.
 #pragma once
 
 #include <atomic>
@@ -11,10 +11,14 @@
 
 namespace plumb::cli {
 
-// Both return nothing after a stop. Other programs take as many samples as fit into the time, by a
-// first small picture; POV-Ray draws its draft. Throws as render_reference() does.
+// Renders by a method of ours within the limits, and then single samples for an eighth of them.
+// Returns nothing after a stop. Throws std::runtime_error if there was no time for any sample.
 std::optional<Trial> try_method(const Scene& scene, const Settings& settings, const Limits& limits,
                                 const std::atomic<bool>& stop);
+
+// Lets another program render with as many samples as fit into the seconds by a first small
+// picture; POV-Ray, which has no samples, draws its draft. Returns nothing after a stop. Throws as
+// render_reference() does.
 std::optional<Trial> try_program(const Scene& scene, const std::filesystem::path& file,
                                  Program program, double seconds, const Watcher& watcher);
 

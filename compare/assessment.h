@@ -1,5 +1,5 @@
-// Assesses a way of rendering by what it has drawn in a while: whether it is right, and how fast
-// its noise falls.
+// Assesses a way of rendering by a picture that it has drawn in a limited time: whether it is
+// right, and how fast its noise falls.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace plumb {
 
-// What has been drawn.
+// What has been drawn, and what is known of how.
 struct Trial {
   Picture picture;         // with its noise, unless the program has none
   std::string program;     // with its version; empty for our own
@@ -26,7 +26,7 @@ enum class Outcome { holds, noisy, biased, breaks };
 struct Assessment {
   Outcome outcome = Outcome::breaks;
 
-  // All of the mean over the channels; not known of what breaks.
+  // These describe the mean over the channels, and are not set if the outcome is `breaks`.
   double bias = 0.0, error = 0.0;       // of the whole picture, and its standard error; relative
   double cost = 0.0;                    // relMSE, without the truth's noise, times seconds
   double seconds_to_one_percent = 0.0;  // for a picture of 256 x 256 pixels

@@ -1,5 +1,5 @@
-// What usual tests say of two pictures, for who wants to know what this project's own comparison is
-// worth.
+// What tests in common use say of two pictures: the project's own comparison is measured against
+// them.
 #pragma once
 
 #include "compare/picture.h"

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
 #include <set>
 #include <utility>
 
@@ -83,11 +82,10 @@ void choose(Picture& picture, const Names& channels) {
 
 }  // namespace
 
-Picture to_picture(const std::string& side, Image image) {
-  const int replicates = image.provenance.replicates.value_or(2);
-  Picture picture{side, std::move(image), {}, {}, {}};
-  picture.degrees_of_freedom = std::max(replicates, 2) - 1;
-  return picture;
+Picture to_picture(const std::string& side, Image image, std::optional<int> replicates) {
+  if (!replicates) replicates = image.provenance.replicates;
+  const double degrees_of_freedom = std::max(replicates.value_or(2), 2) - 1;
+  return {.side = side, .image = std::move(image), .degrees_of_freedom = degrees_of_freedom};
 }
 
 Picture read_picture(const std::string& side, const Names& files, const std::string& part) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,9 +46,9 @@ struct Picture {
   double samples_per_pixel() const { return image.provenance.samples_per_pixel(); }
 };
 
-// Makes a picture from an image, which may say how many replicates its variances are from; else two
-// are assumed.
-Picture to_picture(const std::string& side, Image image);
+// Makes a picture from an image whose variances are from so many replicates. If that is not given,
+// the image's metadata may tell; else two are assumed.
+Picture to_picture(const std::string& side, Image image, std::optional<int> replicates = {});
 
 // Reads a picture. Several files are renders of the same scene with different seeds and equally
 // many samples: the picture is their mean, and their scatter is its noise. `part` is the same as in
