@@ -58,5 +58,22 @@ TEST_F(Assess, BreaksOnWhatIsNotFinite) {
   EXPECT_EQ(assess(unfit, truth(1.0F), 1e-3).outcome, Outcome::breaks);
 }
 
+// Two pixels of mean 1, whose samples are 0 or 2, but for one firefly in a thousand.
+TEST(SampleTail, TellsFirefliesFromEvenScatter) {
+  SampleTailEstimator even({1, 1, 1, 1, 1, 1});
+  for (int i = 0; i < 500; ++i) even.add({0, 0, 0, 2, 2, 2});
+  EXPECT_DOUBLE_EQ(even.estimate().kurtosis, 1.0);
+  EXPECT_DOUBLE_EQ(even.estimate().fireflies, 0.001);
+  SampleTailEstimator uneven({1, 1, 1, 1, 1, 1});
+  for (int i = 0; i < 499; ++i) uneven.add({0, 0, 0, 2, 2, 2});
+  uneven.add({0, 0, 0, 101, 101, 101});
+  const SampleTail tail = uneven.estimate();
+  EXPECT_DOUBLE_EQ(tail.fireflies, 10000.0 / 10999.0);
+  EXPECT_EQ(tail.brightest, 101.0);
+  EXPECT_EQ(tail.unfit, 0);
+  uneven.add({-1, 0, 0, std::nanf(""), 2, 2});
+  EXPECT_EQ(uneven.estimate().unfit, 2);
+}
+
 }  // namespace
 }  // namespace plumb
