@@ -16,7 +16,7 @@ scenes := cornell seed
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps configure build test gate report bench exports references check-references stress \
+.PHONY: help deps configure build test gate report bench references check-references stress \
   stress-truth lamp-sampling power lessons charts pictures clean
 
 help:
@@ -30,7 +30,6 @@ help:
 	@echo "make bench   measures the renderer's speed and noise"
 	@echo "make references        renders the stored ground truth with all programs (40 minutes)"
 	@echo "make check-references  compares what the installed programs draw today with it"
-	@echo "make exports           writes the scenes for POV-Ray and Blender anew"
 	@echo "make stress        makes the tables of docs/stability.md (14 minutes)"
 	@echo "make stress-truth  has Mitsuba render the caustics that they are held against (5 minutes)"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
@@ -99,21 +98,14 @@ bench: build
 	  { echo "This needs Google Benchmark. On Debian or Ubuntu: apt-get install libbenchmark-dev"; exit 1; }
 	build/render_bench
 
-exports: build
-	for scene in $(scenes); do \
-	  folder=reference_scenes/$$scene; \
-	  build/plumb export $$folder/scene.xml --to povray -o $$folder/$$scene.pov || exit; \
-	  build/plumb export $$folder/scene.xml --to cycles -o $$folder/$$scene.py || exit; \
-	done
-
-references: exports
-	python3 reference_scenes/references.py make build/plumb
+references: build
+	python3 other_renderers/references.py make build/plumb
 
 check-references: build
-	python3 reference_scenes/references.py check build/plumb
+	python3 other_renderers/references.py check build/plumb
 
 stress: build
-	python3 reference_scenes/stress/table.py build/plumb
+	python3 bench/stress_table.py build/plumb
 
 stress-truth: build
 	for scene in caustic caustic_in_mirror; do \

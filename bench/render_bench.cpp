@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "reference_scenes/reference.h"
+#include "other_renderers/runner.h"
 #include "renderer/film.h"
 #include "renderer/render.h"
 #include "renderer/trace.h"
@@ -104,15 +104,16 @@ void measure(benchmark::State& state, const std::string& name, const Settings& s
 }
 
 // All samples of all seeds are in one picture, so that variance x time is that of one.
-void measure_program(benchmark::State& state, const std::string& name, Program program) {
+void measure_other(benchmark::State& state, const std::string& name,
+                   const OtherRenderer& renderer) {
   const Truth& r = truth(name);
   const ReferenceSettings settings{
-      .program = program, .samples_per_pixel = samples_per_pixel, .seeds = seeds, .bounces = {}};
+      .samples_per_pixel = samples_per_pixel, .seeds = seeds, .bounces = {}};
   const std::atomic<bool> never{false};
   for (auto _ : state) {
     try {
       const Reference reference =
-          render_reference(r.scene, PLUMB_SCENES "/" + name + "/scene.xml", settings,
+          render_reference(renderer, r.scene, PLUMB_SCENES "/" + name + "/scene.xml", settings,
                            std::filesystem::temp_directory_path() / "render_bench.log",
                            {[](const std::string&) {}, never});
       state.SetIterationTime(reference.wall_seconds);
@@ -138,8 +139,6 @@ void add_rows() {
       {"bsdf", Method::bsdf}, {"nee", Method::nee}, {"mis", Method::mis}};
   const std::map<std::string, Sampler> samplers{{"independent", Sampler::independent},
                                                 {"sobol", Sampler::sobol}};
-  const std::map<std::string, Program> programs{{"Cycles", Program::cycles},
-                                                {"Mitsuba", Program::mitsuba}};
   for (const char* scene : {"cornell", "seed"}) {
     for (const auto& [method_name, method] : methods) {
       for (const auto& [sampler_name, sampler] : samplers) {
@@ -149,11 +148,12 @@ void add_rows() {
     }
   }
   for (const char* scene : {"cornell", "seed"}) {
-    for (const auto& [name, program] : programs) {
-      const auto run = [=, which = program](benchmark::State& state) {
-        measure_program(state, scene, which);
+    for (const OtherRenderer& renderer : other_renderers()) {
+      if (!renderer.has_samples) continue;
+      const auto run = [=, &renderer](benchmark::State& state) {
+        measure_other(state, scene, renderer);
       };
-      benchmark::RegisterBenchmark(fmt::format("{}/{}", scene, name).c_str(), run)
+      benchmark::RegisterBenchmark(fmt::format("{}/{}", scene, renderer.name).c_str(), run)
           ->Iterations(1)
           ->UseManualTime();
     }

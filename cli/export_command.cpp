@@ -3,38 +3,55 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <string>
 
 #include "cli/commands.h"
-#include "cli/names.h"
+#include "cli/list_renderers.h"
 #include "cli/scene_options.h"
-#include "reference_scenes/exporters.h"
+#include "other_renderers/export.h"
 
 namespace plumb::cli {
 namespace {
 
-using Exporter = decltype(&export_to_povray);
-
 struct Options {
   SceneOptions scene;
   std::string output;
-  Exporter exporter = nullptr;
+  const OtherRenderer* renderer = nullptr;
 };
 
+const OtherRenderer* find(const std::string& word) {
+  const OtherRenderer& renderer = other_renderer(word);
+  if (!renderer.format) {
+    throw std::invalid_argument(renderer.name + " reads scene files as they are");
+  }
+  return &renderer;
+}
+
+std::string reader(const OtherRenderer& renderer) {
+  return renderer.format ? renderer.software : "";
+}
+
+std::string word_and_file(const OtherRenderer& renderer) {
+  if (!renderer.format) return "";
+  return fmt::format("{} ({} for {})", renderer.word, renderer.format->extension,
+                     renderer.software);
+}
+
 void run(const Options& options) {
-  const std::filesystem::path include = options.exporter(load_scene(options.scene), options.output);
+  const std::filesystem::path include =
+      export_scene(*options.renderer, load_scene(options.scene), options.output);
   fmt::print("wrote {}\nwrote {}, which it includes\n", options.output, include.string());
 }
 
 }  // namespace
 
 void add_export(CLI::App& app) {
-  static const Words<Exporter> words{{"povray", export_to_povray}, {"cycles", export_to_cycles}};
   auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand("export", "Write a scene as POV-Ray or Blender reads it");
+  CLI::App& command = *app.add_subcommand(
+      "export", fmt::format("Write a scene as {} reads it", list_renderers(reader)));
   add_scene_option(command, options->scene);
-  add_option(command, "--to", "PROGRAM", options->exporter, one_of(words),
-             "povray (a .pov file) or cycles (a Python script for\nBlender)")
+  add_option(command, "--to", "PROGRAM", options->renderer, find, list_renderers(word_and_file))
       ->required();
   command.add_option("-o,--output", options->output, "The file; what it includes is put beside it")
       ->required()

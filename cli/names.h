@@ -13,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "reference_scenes/reference.h"
 #include "renderer/faults.h"
 #include "renderer/region_mask.h"
 #include "renderer/scene.h"
@@ -32,8 +31,6 @@ inline const Words<Sampler> sampler_words{{"sobol", Sampler::sobol},
 inline const Words<Precision> precision_words{{"float", Precision::float32},
                                               {"double", Precision::float64}};
 
-inline const Words<Program> program_words{
-    {"povray", Program::povray}, {"cycles", Program::cycles}, {"mitsuba", Program::mitsuba}};
 inline const Words<RegionKind> region_words{
     {"object", RegionKind::object}, {"side", RegionKind::side}, {"shadow", RegionKind::shadow}};
 

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -10,10 +11,11 @@
 #include "cli/commands.h"
 #include "cli/film_image.h"
 #include "cli/interrupt.h"
+#include "cli/list_renderers.h"
 #include "cli/names.h"
 #include "cli/progress_line.h"
 #include "cli/scene_options.h"
-#include "reference_scenes/reference.h"
+#include "other_renderers/runner.h"
 
 namespace plumb::cli {
 namespace {
@@ -24,14 +26,50 @@ const Words<Quality> qualities{
 struct Options {
   SceneOptions scene;
   std::string output;
+  const OtherRenderer* renderer = nullptr;
   ReferenceSettings settings;
 };
 
+// For programs: what they may ask other renderers for, and whether they are installed.
+void print_list() {
+  auto list = nlohmann::json::array();
+  for (const OtherRenderer& renderer : other_renderers()) {
+    list.push_back({{"word", renderer.word},
+                    {"name", renderer.name},
+                    {"isInstalled", is_installed(renderer)},
+                    {"hasSamples", renderer.has_samples}});
+  }
+  fmt::print("{}\n", list.dump(1));
+}
+
+std::string word_and_owner(const OtherRenderer& renderer) {
+  if (renderer.software == renderer.name) return renderer.word;
+  return fmt::format("{} ({}'s)", renderer.word, renderer.software);
+}
+
+std::string settings_help(const OtherRenderer& renderer) {
+  if (renderer.example_setting.empty()) return "";
+  return fmt::format("{}: a setting of its own that differs, such as\n{}", renderer.name,
+                     renderer.example_setting);
+}
+
+std::string name_without_samples(const OtherRenderer& renderer) {
+  return renderer.has_samples ? "" : renderer.name;
+}
+
 void add_options(CLI::App& command, Options& options) {
   ReferenceSettings& settings = options.settings;
+  const auto print_and_exit = [] {
+    print_list();
+    throw CLI::Success();
+  };
+  command
+      .add_flag_callback("--list", print_and_exit,
+                         "Print as JSON which programs there are and exit")
+      ->trigger_on_parse();
   add_scene_option(command, options.scene);
-  add_option(command, "--with", "PROGRAM", settings.program, one_of(program_words),
-             "povray, cycles (Blender's) or mitsuba")
+  const auto find = [](const std::string& word) { return &other_renderer(word); };
+  add_option(command, "--with", "PROGRAM", options.renderer, find, list_renderers(word_and_owner))
       ->required();
   command.add_option("-o,--output", options.output, "Linear .exr")->required()->type_name("FILE");
   add_option(command, "--quality", "Q", settings.quality, one_of(qualities),
@@ -44,9 +82,7 @@ void add_options(CLI::App& command, Options& options) {
   add_option(command, "--seed", "N", settings.first_seed, number(1, 1 << 30),
              "The first of the seeds (default: 1)");
   command
-      .add_option("--set", settings.overrides,
-                  "Cycles: a setting of its own that differs, such as\n"
-                  "sample_clamp_indirect=10; can be repeated")
+      .add_option("--set", settings.overrides, list_renderers(settings_help) + "; can be repeated")
       ->type_name("NAME=NUMBER")
       ->allow_extra_args(false);
   add_size_and_bounces(command, options.scene);
@@ -76,14 +112,14 @@ int run(Options options) {
   check_writable(options.output);
   const Scene scene = load_scene(options.scene);
   options.settings.bounces = scene.request.bounces;
-  const std::string note = drawn_otherwise(scene, options.settings.program);
+  const std::string note = options.renderer->drawn_otherwise(scene);
   if (!note.empty()) fmt::print(stderr, "plumb: {}\n", note);
   listen_for_interrupts();
   Reference reference = [&] {
     ProgressLine line;
     const Watcher watcher{[&](const std::string& text) { line.show(text); }, stop_requested};
-    return render_reference(scene, options.scene.file, options.settings, options.output + ".log",
-                            watcher);
+    return render_reference(*options.renderer, scene, options.scene.file, options.settings,
+                            options.output + ".log", watcher);
   }();
   if (reference.seeds == 0) {
     fmt::print(stderr, "plumb: interrupted before the first picture was finished\n");
@@ -104,14 +140,15 @@ void add_reference(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App& command = *app.add_subcommand("reference", "Have another program render a scene");
   add_options(command, *options);
-  command.footer(R"(Examples:
+  command.footer(fmt::format(R"(Examples:
   plumb reference scene.xml --with cycles --spp 256 --seeds 4 -o cycles.exr
   plumb reference scene.xml --with povray --quality best -o povray.exr
   plumb reference scene.xml --with povray --bounces 0:1 -o direct.exr
 
 Ctrl-C writes the mean of the seeds that are finished. If the program fails,
-what it printed is kept in FILE.log. POV-Ray takes neither --spp nor --seeds.
-Exit codes: 0 done, 2 trouble, 130 interrupted.)");
+what it printed is kept in FILE.log. {} takes neither --spp nor --seeds.
+Exit codes: 0 done, 2 trouble, 130 interrupted.)",
+                             list_renderers(name_without_samples)));
   command.callback([=, &exit_code] { exit_code = run(*options); });
 }
 

@@ -15,6 +15,7 @@
 #include "cli/commands.h"
 #include "cli/film_image.h"
 #include "cli/interrupt.h"
+#include "cli/list_renderers.h"
 #include "cli/names.h"
 #include "cli/progress_line.h"
 #include "cli/scene_folder.h"
@@ -41,7 +42,7 @@ struct Options {
 struct Contestant {
   std::string name;
   Settings settings;
-  std::optional<Program> program;
+  const OtherRenderer* renderer = nullptr;  // none: the settings are for our own
 };
 
 struct Attempt {
@@ -52,13 +53,15 @@ struct Attempt {
 };
 
 void add_options(CLI::App& command, Options& options) {
-  const auto add = [&](const std::string& name, auto& target, const char* value, const char* help) {
+  const auto add = [&](const std::string& name, auto& target, const char* value,
+                       const std::string& help) {
     command.add_option(name, target, help)->type_name(value)->delimiter(',');
   };
   add("--folder", options.folder, "DIR", "Where the scenes are (default: reference_scenes/stress)");
   add("--scene", options.scenes, "S", "Only these scenes, by name; can be repeated");
   add("--methods", options.methods, "M", "Of bsdf, nee and mis (default: all three)");
-  add("--with", options.programs, "P", "Other programs too: cycles, povray, mitsuba");
+  const std::string words = list_renderers([](const OtherRenderer& r) { return r.word; });
+  add("--with", options.programs, "P", "Other programs too: " + words);
   add_option(command, "--time", "SECONDS", options.seconds, number(1e-3, 1e6),
              "For each method on each scene (default: 10)");
   add_option(command, "--spp", "N", options.spp, number<int64_t>(1, largest_sample),
@@ -76,7 +79,7 @@ std::vector<Contestant> list_contestants(const Options& options) {
     }
   }
   for (const std::string& program : options.programs) {
-    contestants.push_back({program, {}, one_of(program_words)(program)});
+    contestants.push_back({program, {}, &other_renderer(program)});
   }
   return contestants;
 }
@@ -104,15 +107,15 @@ std::optional<Attempt> try_out(const Contestant& contestant, const StressScene& 
   Attempt row{contestant.name, {}, {}, ""};
   try {
     const std::optional<Trial> trial =
-        contestant.program
-            ? try_program(stress.scene, stress.file, *contestant.program, limits.seconds, watcher)
+        contestant.renderer
+            ? try_renderer(*contestant.renderer, stress.scene, stress.file, limits.seconds, watcher)
             : try_method(stress.scene, contestant.settings, limits, stop_requested);
     if (!trial) return {};
-    if (contestant.program) row.name = trial->program;
+    if (contestant.renderer) row.name = trial->program;
     row.assessment = assess(*trial, truth, alarm);
     row.tail = trial->tail;
   } catch (const std::exception& error) {
-    if (!contestant.program) throw;
+    if (!contestant.renderer) throw;
     row.refusal = error.what();
   }
   return row;
@@ -176,7 +179,7 @@ int run(const Options& options) {
       if (!row) break;
       const bool is_said =
           stress.beyond_float && contestant.settings.precision == Precision::float32;
-      has_failed |= !contestant.program && !is_said && !row->assessment.is_right();
+      has_failed |= !contestant.renderer && !is_said && !row->assessment.is_right();
       rows.push_back(*row);
     }
     print_scene(stress.scene.name, rows);

@@ -58,22 +58,22 @@ std::optional<Trial> try_method(const Scene& scene, const Settings& settings, co
                .tail = tail};
 }
 
-std::optional<Trial> try_program(const Scene& scene, const std::filesystem::path& file,
-                                 Program program, double seconds, const Watcher& watcher) {
-  constexpr double most_samples = 1 << 22;  // of a picture: Mitsuba holds them in memory at once
+std::optional<Trial> try_renderer(const OtherRenderer& renderer, const Scene& scene,
+                                  const std::filesystem::path& file, double seconds,
+                                  const Watcher& watcher) {
+  constexpr double most_samples = 1 << 22;  // of a picture: some hold them in memory at once
   const double pixels = double{1} * scene.camera.width * scene.camera.height;
   const auto log = std::filesystem::temp_directory_path() / fmt::format("plumb-{}.log", scene.name);
-  const bool has_samples = program != Program::povray;
-  ReferenceSettings settings{.program = program, .quality = Quality::draft};
-  if (has_samples) settings.samples_per_pixel = 256;
-  if (has_samples) settings.seeds = 1;
-  Reference reference = render_reference(scene, file, settings, log, watcher);
-  if (has_samples && !watcher.stop) {
+  ReferenceSettings settings{.quality = Quality::draft};
+  if (renderer.has_samples) settings.samples_per_pixel = 256;
+  if (renderer.has_samples) settings.seeds = 1;
+  Reference reference = render_reference(renderer, scene, file, settings, log, watcher);
+  if (renderer.has_samples && !watcher.stop) {
     settings.seeds = 4;
     const double ratio = seconds / settings.seeds / std::max(reference.wall_seconds, 1e-3);
     settings.samples_per_pixel =
         static_cast<int>(std::clamp(256.0 * ratio, 1.0, most_samples / pixels));
-    reference = render_reference(scene, file, settings, log, watcher);
+    reference = render_reference(renderer, scene, file, settings, log, watcher);
   }
   if (watcher.stop) return {};
   const double samples_of_seed = double{1} * reference.samples_per_pixel / reference.seeds;

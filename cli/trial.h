@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "compare/assessment.h"
-#include "reference_scenes/reference.h"
+#include "other_renderers/runner.h"
 #include "renderer/render.h"
 
 namespace plumb::cli {
@@ -16,10 +16,11 @@ namespace plumb::cli {
 std::optional<Trial> try_method(const Scene& scene, const Settings& settings, const Limits& limits,
                                 const std::atomic<bool>& stop);
 
-// Lets another program render with as many samples as fit into the seconds by a first small
-// picture; POV-Ray, which has no samples, draws its draft. Returns nothing after a stop. Throws as
+// Lets another renderer render with as many samples as fit into the seconds by a first small
+// picture; one that has no samples draws its draft. Returns nothing after a stop. Throws as
 // render_reference() does.
-std::optional<Trial> try_program(const Scene& scene, const std::filesystem::path& file,
-                                 Program program, double seconds, const Watcher& watcher);
+std::optional<Trial> try_renderer(const OtherRenderer& renderer, const Scene& scene,
+                                  const std::filesystem::path& file, double seconds,
+                                  const Watcher& watcher);
 
 }  // namespace plumb::cli

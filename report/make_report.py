@@ -12,26 +12,24 @@ import datetime
 import json
 import pathlib
 import platform
-import shutil
 import subprocess
 import sys
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "images"), str(ROOT / "report")]
+sys.path[:0] = [str(ROOT / folder) for folder in ("images", "other_renderers", "report")]
 import exr  # noqa: E402
 import page  # noqa: E402
+from table import other_renderers  # noqa: E402
 
 TITLES = {"cornell": "Cornell box", "seed": "Seed scene"}
 TOLERANCES = {"cornell": "1%", "seed": "2%"}  # as in tests/gate.toml
-NAMES = {"plumbline": "Plumbline", "cycles": "Cycles", "povray": "POV-Ray", "mitsuba": "Mitsuba"}
-MINUTES = {"cycles": 3, "mitsuba": 2, "povray": 2}  # for both scenes, on two cores
 
 
 @dataclass
 class Plan:
-    """What is rendered: ours by samples per pixel, Cycles and Mitsuba too, POV-Ray by quality."""
+    """What is rendered: by samples per pixel, or by quality where a program has no samples."""
     out: pathlib.Path = ROOT / "out"
     scenes: tuple = ("cornell", "seed")
     methods: str = "bsdf,nee,mis"
@@ -40,13 +38,13 @@ class Plan:
     best: int = 4096  # samples of our picture that is judged and shown
     runs: int = 3
     cut_bounces: str = "0:5"  # a biased series: its floor is to be seen
-    samples: dict = field(default_factory=lambda: {
-        "cycles": (4, 16, 64, 256), "mitsuba": (4, 16, 64, 256)})
+    samples: tuple = (4, 16, 64, 256)  # of other programs
     qualities: tuple = ("draft", "good")
 
 
-# A picture by POV-Ray has no noise but bias: all of it is shown.
-NO_NOISE = ("--floor", "0")
+def floor(renderer):
+    """A picture without samples has no noise but bias: all of it is shown."""
+    return () if renderer["hasSamples"] else ("--floor", "0")
 
 
 class Trouble(Exception):
@@ -79,29 +77,23 @@ class Plumb:
         return str(argument)
 
 
-def installed():
-    """The programs that can render on this machine."""
-    has_mitsuba = subprocess.run([shutil.which("python3") or sys.executable, "-c", "import mitsuba"],
-                                 capture_output=True, check=False).returncode == 0
-    found = {"cycles": shutil.which("blender"), "mitsuba": has_mitsuba,
-             "povray": shutil.which("povray")}
-    return [name for name, is_there in found.items() if is_there]
-
-
 class SceneReport:
     """Everything about one scene, in the order in which it is drawn."""
 
-    def __init__(self, name, plan, plumb):
-        self.name, self.plan, self.plumb = name, plan, plumb
+    def __init__(self, name, plan, plumb, others):
+        self.name, self.plan, self.plumb, self.others = name, plan, plumb, others
+        self.names = {"plumbline": "Plumbline"}
+        self.names |= {renderer["word"]: renderer["name"] for renderer in others}
         self.folder = plan.out / "report" / name
         (self.folder / "best").mkdir(parents=True, exist_ok=True)
         self.scene = ROOT / "reference_scenes" / name / "scene.xml"
-        self.stored = {program: self.scene.with_name(f"{program}.exr")
-                       for program in ("plumbline", "cycles", "povray")}
+        self.stored = {word: self.scene.with_name(f"{word}.exr") for word in self.names
+                       if self.scene.with_name(f"{word}.exr").exists()}
         self.mask = self.folder / "objects.png"
         self.hash = None    # of the scene as it is now
         self.commands = {}  # by the picture's file
         self.series = []    # the files that the plots are of
+        self.noiseless = []  # those of them that more samples would not change
         self.verdicts = []
         self.pictures = []
 
@@ -119,11 +111,14 @@ class SceneReport:
         ours = self.rendered("plumbline", self.folder / "best" / f"{self.plan.best}spp.exr",
                              "render", self.scene, "--spp", self.plan.best)
         here = ("Plumbline, rendered here", ours)
-        stored = {program: (f"{NAMES[program]}, stored", file)
-                  for program, file in self.stored.items()}
-        self.compare(here, stored["cycles"])
-        self.compare(here, stored["povray"], *NO_NOISE)
-        self.compare(stored["plumbline"], stored["cycles"])
+        stored = {word: (f"{self.names[word]}, stored", file)
+                  for word, file in self.stored.items()}
+        others = [renderer for renderer in self.others if renderer["word"] in stored]
+        for renderer in others:
+            self.compare(here, stored[renderer["word"]], *floor(renderer))
+        for renderer in others:
+            if renderer["hasSamples"]:
+                self.compare(stored["plumbline"], stored[renderer["word"]])
         self.show(*here, self.commands[ours])
         for title, file in stored.values():
             self.show(title, file, "make references")
@@ -140,21 +135,23 @@ class SceneReport:
                 "--runs", self.plan.runs, "--keep", folder, "--reference", self.stored["plumbline"])
             self.series += sorted(folder.glob("*.exr"))
 
-    def draw_by(self, program):
+    def draw_by(self, renderer):
         """Another program's pictures; the last and best are held against our stored one."""
-        if program == "povray":  # has no seeds: a second run would draw the same picture
-            drawn = [[self.reference(program, f"{program}-{quality}", "--quality", quality)]
-                     for quality in self.plan.qualities]
-        else:
-            drawn = [[self.reference(program, f"{program}-{samples}spp-seed{seed}", "--spp",
-                                     samples, "--seeds", 1, "--seed", seed)
+        word = renderer["word"]
+        if renderer["hasSamples"]:
+            drawn = [[self.reference(word, f"{word}-{samples}spp-seed{seed}", "--spp", samples,
+                                     "--seeds", 1, "--seed", seed)
                       for seed in range(10 * samples + 1, 10 * samples + 1 + self.plan.runs)]
-                     for samples in self.plan.samples[program]]
+                     for samples in self.plan.samples]
+        else:  # nor seeds: a second run would draw the same picture
+            drawn = [[self.reference(word, f"{word}-{quality}", "--quality", quality)]
+                     for quality in self.plan.qualities]
+            self.noiseless += [file for runs in drawn for file in runs]
         self.series += [file for runs in drawn for file in runs]
         first, *more = drawn[-1]
-        here = (f"{NAMES[program]}, rendered here", first)
-        self.compare(here, ("Plumbline, stored", self.stored["plumbline"]),
-                     *(NO_NOISE if program == "povray" else ("--replicates", *more)))
+        here = (f"{renderer['name']}, rendered here", first)
+        self.compare(here, ("Plumbline, stored", self.stored["plumbline"]), *floor(renderer),
+                     *(("--replicates", *more) if more else ()))
         self.show(*here, self.commands[first])
 
     def rendered(self, program, file, *command):
@@ -162,7 +159,7 @@ class SceneReport:
         command = [*command, "-o", file]
         self.commands[file] = " ".join(["plumb", *map(self.plumb.shown, command)])
         if not file.exists() or exr.provenance(file)[exr.SCENE_HASH] != self.hash:
-            self.run(f"{NAMES[program]}, {file.stem}", *command)
+            self.run(f"{self.names[program]}, {file.stem}", *command)
         return file
 
     def reference(self, program, name, *settings):
@@ -222,7 +219,7 @@ class SceneReport:
     def data(self):
         return {"name": self.name, "title": TITLES[self.name], "verdicts": list(self.verdicts),
                 "convergence": self.exhibit("converge", [
-                    file for file in self.series if not file.name.startswith("povray")]),
+                    file for file in self.series if file not in self.noiseless]),
                 "chart": self.exhibit("chart", self.series),
                 "pictures": list(self.pictures)}
 
@@ -243,31 +240,35 @@ def summary(scenes):
 class Stage:
     """What the page is written anew after."""
     name: str
-    minutes: int
+    minutes: str  # for both scenes, on two cores
     draw: callable  # for one SceneReport
 
 
-def stages(programs):
-    return [Stage("Plumbline's pictures", 1, SceneReport.draw_ours),
-            Stage("the plots", 2, SceneReport.draw_series),
-            *(Stage(NAMES[name], MINUTES[name], lambda report, name=name: report.draw_by(name))
-              for name in programs)]
+def stages(others):
+    return [Stage("Plumbline's pictures", "1", SceneReport.draw_ours),
+            Stage("the plots", "2", SceneReport.draw_series),
+            *(Stage(other["name"], "2 or 3", lambda report, other=other: report.draw_by(other))
+              for other in others if other["isInstalled"])]
+
+
+def note(renderer, reports):
+    """What the page lacks of a program that is not installed."""
+    if any(renderer["word"] in report.stored for report in reports):
+        return f"{renderer['name']} is not installed: only its stored picture is here."
+    return f"{renderer['name']} is not installed, and has no part in this."
 
 
 def make(program, plan):
     """Returns the page's file and the verdicts."""
-    programs = installed()
-    notes = [f"{NAMES[name]} is not installed: only its stored picture is here."
-             for name in ("cycles", "povray") if name not in programs]
-    if "mitsuba" not in programs:
-        notes.append("Mitsuba is not installed, and has no part in this.")
-    coming = stages(programs)
+    others = other_renderers(program)
+    plumb = Plumb(program, plan.out)
+    reports = [SceneReport(name, plan, plumb, others) for name in plan.scenes]
+    notes = [note(other, reports) for other in others if not other["isInstalled"]]
+    coming = stages(others)
     file = plan.out / "report.html"
     print(*notes, "Minutes of rendering on two cores, less what is kept of earlier runs: "
           + ", ".join(f"{stage.name} {stage.minutes}" for stage in coming) + ".",
           f"After each of them {file} is written anew.", sep="\n", flush=True)
-    plumb = Plumb(program, plan.out)
-    reports = [SceneReport(name, plan, plumb) for name in plan.scenes]
     version = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
     data = {"title": "Plumbline: speed and accuracy of renderers",
             "version": version.stdout.split()[-1], "notes": notes}

@@ -163,6 +163,14 @@ TEST_F(CliTest, EveryHelpHasAnExampleAndFitsIntoATerminal) {
   EXPECT_EQ(plumb("--version").out, "plumb " PLUMB_VERSION "\n");
 }
 
+TEST_F(CliTest, ReferenceListsItsProgramsForOtherPrograms) {
+  const Result result = plumb("reference --list");
+  EXPECT_EQ(result.exit_code, 0);
+  for (const char* word : {"povray", "cycles", "mitsuba", "isInstalled", "hasSamples"}) {
+    EXPECT_NE(result.out.find('"' + std::string(word) + '"'), std::string::npos) << word;
+  }
+}
+
 TEST_F(CliTest, TroubleIsToldInOneLineBeforeAnyFileIsTouched) {
   const std::pair<std::string, std::string> cases[] = {
       {"", "no command"},

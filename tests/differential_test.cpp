@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "reference_scenes/reference.h"
+#include "other_renderers/runner.h"
 #include "scene_files/scene_reader.h"
 #include "tests/test_scenes.h"
 
@@ -246,10 +246,10 @@ class Differential : public testing::TestWithParam<int> {
     const char* is_asked = std::getenv("PLUMB_DIFFERENTIAL_MITSUBA");
     if (is_asked == nullptr || *is_asked == '\0') return;
     const std::atomic<bool> stop{false};
-    const Reference reference = render_reference(
-        scene, file,
-        {.program = Program::mitsuba, .samples_per_pixel = 1024, .seeds = 4, .first_seed = 1},
-        folder_ / "mitsuba.log", {[](const std::string&) {}, stop});
+    const Reference reference =
+        render_reference(other_renderer("mitsuba"), scene, file,
+                         {.samples_per_pixel = 1024, .seeds = 4, .first_seed = 1},
+                         folder_ / "mitsuba.log", {[](const std::string&) {}, stop});
     std::vector<float> mean, variance;
     for (size_t i = 0; i < reference.image.values.size(); i += 6) {
       const float* v = &reference.image.values[i];

@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "reference_scenes/exporters.h"
-#include "scene_files/scene_reader.h"
+#include "other_renderers/export.h"
 #include "test_scenes.h"
 
 namespace plumb {
@@ -32,6 +31,14 @@ fs::path fresh_folder() {
   fs::remove_all(folder);
   fs::create_directories(folder);
   return folder;
+}
+
+std::string povray_scene(const Scene& scene) {
+  return other_renderer("povray").format->text(scene);
+}
+
+std::string cycles_scene(const Scene& scene) {
+  return other_renderer("cycles").format->text(scene);
 }
 
 Scene scene_with_hostile_names() {
@@ -147,36 +154,23 @@ TEST(Export, SaysWhichFilterIsDrawnOtherwise) {
   EXPECT_NE(cycles_scene(scene).find("draws a box filter"), std::string::npos);
 }
 
-TEST(Export, StoredFilesAreWhatTheScenesGive) {
-  for (const std::string name : {"cornell", "seed"}) {
-    const fs::path folder = fs::path(PLUMB_SCENES) / name;
-    const Scene scene = read_scene(folder / "scene.xml");
-    EXPECT_EQ(text_of(folder / (name + ".pov")), povray_scene(scene)) << "'make exports' renews it";
-    EXPECT_EQ(text_of(folder / (name + ".py")), cycles_scene(scene)) << "'make exports' renews it";
-  }
-}
-
-TEST(Export, PutsTheIncludeBesideTheFile) {
+TEST(Export, PutsTheScriptBesideTheFile) {
   const fs::path folder = fresh_folder();
   const Scene scene = scene_with_hostile_names();
-  EXPECT_EQ(export_to_povray(scene, folder / "a.pov"), folder / "plumbline.inc");
-  EXPECT_EQ(export_to_cycles(scene, folder / "a.py"), folder / "plumbline_cycles.py");
-  for (const char* include : {"plumbline.inc", "plumbline_cycles.py"}) {
-    EXPECT_EQ(text_of(folder / include), text_of(fs::path(PLUMB_SCENES) / include));
+  for (const OtherRenderer& renderer : other_renderers()) {
+    if (!renderer.format) continue;
+    const fs::path file = folder / ("a" + renderer.format->extension);
+    EXPECT_EQ(export_scene(renderer, scene, file), folder / renderer.script_name);
+    EXPECT_EQ(text_of(file), renderer.format->text(scene));
+    EXPECT_EQ(text_of(folder / renderer.script_name), renderer.script);
   }
-}
-
-TEST(Export, LeavesAnIncludeThatIsThereAndLinked) {
-  const fs::path folder = fresh_folder();
-  fs::create_symlink(fs::path(PLUMB_SCENES) / "plumbline.inc", folder / "plumbline.inc");
-  export_to_povray(scene_with_hostile_names(), folder / "a.pov");
-  EXPECT_TRUE(fs::is_symlink(folder / "plumbline.inc"));
 }
 
 TEST(Export, RefusesWhatCannotBeWritten) {
   const Scene scene = scene_with_hostile_names();
-  EXPECT_THROW(export_to_povray(scene, "/nonexistent/a.pov"), std::runtime_error);
-  EXPECT_THROW(export_to_povray(scene, fresh_folder() / "plumbline.inc"), std::runtime_error);
+  const OtherRenderer& povray = other_renderer("povray");
+  EXPECT_THROW(export_scene(povray, scene, "/nonexistent/a.pov"), std::runtime_error);
+  EXPECT_THROW(export_scene(povray, scene, fresh_folder() / "plumbline.inc"), std::runtime_error);
 }
 
 }  // namespace

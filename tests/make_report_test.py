@@ -28,6 +28,12 @@ def data_of(file):
                                 re.DOTALL)[1])
 
 
+def table(installed):
+    return [{"word": word, "name": name, "isInstalled": word in installed,
+             "hasSamples": word != "povray"}
+            for word, name in (("cycles", "Cycles"), ("mitsuba", "Mitsuba"), ("povray", "POV-Ray"))]
+
+
 class ReportWithoutOtherPrograms(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -35,7 +41,7 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
         cls.plan = make_report.Plan(out=pathlib.Path(cls.folder.name), scenes=("cornell",),
                                     methods="mis", samplers="sobol", last=16, runs=2,
                                     best=64)
-        make_report.installed = lambda: []
+        make_report.other_renderers = lambda _: table([])
         cls.file, cls.lines = make_report.make(PLUMB, cls.plan)
         cls.scene = data_of(cls.file)["scenes"][0]
 
@@ -105,7 +111,7 @@ class ReportInStages(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.plan = make_report.Plan(
             out=pathlib.Path(folder.name), scenes=("cornell",), methods="mis", samplers="sobol",
-            last=4, runs=2, best=16, samples={"cycles": (4, 16)})
+            last=4, runs=2, best=16, samples=(4, 16))
         self.pages = []
 
         def keep_page(data, file):
@@ -113,7 +119,8 @@ class ReportInStages(unittest.TestCase):
             self.pages.append(data_of(file))
         make_report_write = make_report.page.write_page
         for patch in (
-                mock.patch.object(make_report, "installed", lambda: ["cycles", "povray"]),
+                mock.patch.object(make_report, "other_renderers",
+                                  lambda _: table(["cycles", "povray"])),
                 mock.patch.object(make_report.page, "write_page", keep_page),
                 mock.patch.object(make_report.SceneReport, "drawn", [], create=True)):
             patch.start()
@@ -163,7 +170,7 @@ class ReportInStages(unittest.TestCase):
 class InterruptedReport(unittest.TestCase):
     def test_ends_as_interrupted_and_keeps_what_is_finished(self):
         script = ("import sys, pathlib; sys.path.insert(0, 'report'); import make_report as m; "
-                  "m.installed = lambda: []; "
+                  "m.other_renderers = lambda _: []; "
                   f"plan = m.Plan(out=pathlib.Path(sys.argv[1]), best=64); m.make({PLUMB!r}, plan)")
         with tempfile.TemporaryDirectory() as folder:
             kept = pathlib.Path(folder) / "report" / "cornell" / "whole"

@@ -1,5 +1,5 @@
 // Pictures by other programs. Those that are installed draw the Cornell box for real.
-#include "reference_scenes/reference.h"
+#include "other_renderers/runner.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -41,16 +41,17 @@ Scene small_cornell() {
   return scene;
 }
 
-Reference draw(const Scene& scene, const ReferenceSettings& settings,
+Reference draw(const std::string& renderer, const Scene& scene, const ReferenceSettings& settings,
                const std::atomic<bool>& stop = never) {
-  return render_reference(scene, cornell, settings, fresh_folder() / "log",
-                          {[](const std::string&) {}, stop});
+  return render_reference(other_renderer(renderer), scene, cornell, settings,
+                          fresh_folder() / "log", {[](const std::string&) {}, stop});
 }
 
 // Nothing if the program isn't installed.
-std::optional<Reference> draw_if_installed(const Scene& scene, const ReferenceSettings& settings) {
+std::optional<Reference> draw_if_installed(const std::string& renderer, const Scene& scene,
+                                           const ReferenceSettings& settings) {
   try {
-    return draw(scene, settings);
+    return draw(renderer, scene, settings);
   } catch (const std::runtime_error& error) {
     if (std::string(error.what()).find("not installed") == std::string::npos) throw;
     return {};
@@ -106,9 +107,9 @@ fs::path fake_log() {
   return fs::temp_directory_path() / fmt::format("plumb_fake_{}.log", getpid());
 }
 
-std::string complaint_of(const ReferenceSettings& settings) {
+std::string complaint_of(const std::string& renderer, const ReferenceSettings& settings = {}) {
   try {
-    render_reference(small_cornell(), cornell, settings, fake_log(),
+    render_reference(other_renderer(renderer), small_cornell(), cornell, settings, fake_log(),
                      {[](const std::string&) {}, never});
     return "";
   } catch (const std::exception& error) {
@@ -118,8 +119,8 @@ std::string complaint_of(const ReferenceSettings& settings) {
 
 TEST(Reference, CyclesDrawsTheSamePicture) {
   const Scene scene = small_cornell();
-  const auto cycles = draw_if_installed(
-      scene, {.program = Program::cycles, .samples_per_pixel = 32, .seeds = 4, .bounces = {}});
+  const auto cycles =
+      draw_if_installed("cycles", scene, {.samples_per_pixel = 32, .seeds = 4, .bounces = {}});
   if (!cycles) GTEST_SKIP() << "Blender is not installed";
   const Estimate theirs = mean_of(cycles->image);
   const Estimate ours = mean_of_ours(scene, {});
@@ -134,8 +135,8 @@ TEST(Reference, CyclesDrawsTheSamePicture) {
 TEST(Reference, PovRayDrawsTheSameDirectLight) {
   const Scene scene = small_cornell();
   const BounceRange direct{1, 1};
-  const auto povray = draw_if_installed(
-      scene, {.program = Program::povray, .quality = Quality::draft, .bounces = direct});
+  const auto povray =
+      draw_if_installed("povray", scene, {.quality = Quality::draft, .bounces = direct});
   if (!povray) GTEST_SKIP() << "POV-Ray is not installed";
   const double ours = mean_of_ours(scene, direct).mean;
   // Nine rays in a pixel and penumbrae in 36 steps: 0.15 % was measured.
@@ -157,8 +158,8 @@ Scene triangular_lamp() {
 TEST(Reference, TriangularLampsAreDrawnWithPovRay) {
   const Scene scene = triangular_lamp();
   const BounceRange direct{1, 1};
-  const auto povray = draw_if_installed(
-      scene, {.program = Program::povray, .quality = Quality::draft, .bounces = direct});
+  const auto povray =
+      draw_if_installed("povray", scene, {.quality = Quality::draft, .bounces = direct});
   if (!povray) GTEST_SKIP() << "POV-Ray is not installed";
   const double ours = mean_of_ours(scene, direct).mean;
   // Nine rays in a pixel see a horizon that all rows share.
@@ -167,8 +168,7 @@ TEST(Reference, TriangularLampsAreDrawnWithPovRay) {
 
 TEST(Reference, TriangularLampsAreDrawnWithCycles) {
   const Scene scene = triangular_lamp();
-  const auto cycles =
-      draw_if_installed(scene, {.program = Program::cycles, .samples_per_pixel = 32, .seeds = 2});
+  const auto cycles = draw_if_installed("cycles", scene, {.samples_per_pixel = 32, .seeds = 2});
   if (!cycles) GTEST_SKIP() << "Blender is not installed";
   const Estimate theirs = mean_of(cycles->image);
   const Estimate ours = mean_of_ours(scene, {});
@@ -178,34 +178,35 @@ TEST(Reference, TriangularLampsAreDrawnWithCycles) {
 }
 
 TEST(Reference, PovRayRefusesWhatItHasNot) {
-  EXPECT_NE(complaint_of({.program = Program::povray, .seeds = 2}).find("no samples or seeds"),
-            std::string::npos);
+  EXPECT_NE(complaint_of("povray", {.seeds = 2}).find("no samples or seeds"), std::string::npos);
   Scene mirrors = small_cornell();
   mirrors.shapes[0].bsdf.kind = Bsdf::Kind::conductor;
-  EXPECT_THROW(draw(mirrors, {.program = Program::povray, .bounces = {1, 1}}),
-               std::invalid_argument);
+  EXPECT_THROW(draw("povray", mirrors, {.bounces = {1, 1}}), std::invalid_argument);
+}
+
+TEST(Reference, SettingsAreRefusedWhereThereAreNone) {
+  EXPECT_EQ(complaint_of("mitsuba", {.overrides = {"sample_clamp_indirect=10"}}),
+            "Mitsuba has no settings of its own that can be set");
 }
 
 TEST(Reference, ADifferenceOfBouncesLeavesOutWhatBothHave) {
   // Counts its runs, of which it draws none: the first one ends the picture.
   const FakeProgram povray("povray", "echo $@; exit 1");
-  const std::string complaint = complaint_of({.program = Program::povray, .bounces = {2, 2}});
+  const std::string complaint = complaint_of("povray", {.bounces = {2, 2}});
   EXPECT_NE(complaint.find("Max_bounces=2"), std::string::npos) << complaint;
 }
 
 TEST(Reference, AMissingProgramIsAnsweredWithHowToInstallIt) {
   const std::string old_path = getenv("PATH");
   setenv("PATH", "/nonexistent", 1);
-  EXPECT_NE(complaint_of({.program = Program::povray}).find("apt-get install povray"),
-            std::string::npos);
-  EXPECT_NE(complaint_of({.program = Program::cycles}).find("apt-get install blender"),
-            std::string::npos);
+  EXPECT_NE(complaint_of("povray").find("apt-get install povray"), std::string::npos);
+  EXPECT_NE(complaint_of("cycles").find("apt-get install blender"), std::string::npos);
   setenv("PATH", old_path.c_str(), 1);
 }
 
 TEST(Reference, AFailureNamesWhatTheProgramSaidLastAndItsLog) {
   const FakeProgram blender("blender", "echo one; echo 'out of luck'; exit 7");
-  const std::string complaint = complaint_of({.program = Program::cycles});
+  const std::string complaint = complaint_of("cycles");
   EXPECT_NE(complaint.find("out of luck"), std::string::npos) << complaint;
   EXPECT_NE(complaint.find("exit status 7"), std::string::npos) << complaint;
   EXPECT_NE(complaint.find(fake_log().string()), std::string::npos) << complaint;
@@ -219,19 +220,19 @@ TEST(Reference, AFailureShowsTheLineThatNamesTheError) {
       "echo 'Fatal error in parser: Cannot parse input.';"
       "echo 'Render failed'; echo; echo '  Fatal Stream to console.........On';"
       " echo ------- errors -------; exit 1");
-  const std::string complaint = complaint_of({.program = Program::povray});
+  const std::string complaint = complaint_of("povray");
   EXPECT_NE(complaint.find("povray: Parse Error: no camera (exit status 1;"), std::string::npos)
       << complaint;
 }
 
 TEST(Reference, ADeathBySignalShowsItsNameAndTheLastWords) {
   const FakeProgram blender("blender", "echo 'Sample 3 of 64'; echo =====; kill -SEGV $$");
-  const std::string complaint = complaint_of({.program = Program::cycles});
+  const std::string complaint = complaint_of("cycles");
   EXPECT_NE(complaint.find("blender: Sample 3 of 64 (SIGSEGV: Segmentation fault;"),
             std::string::npos)
       << complaint;
   const FakeProgram silent("blender", "kill -KILL $$");
-  const std::string second = complaint_of({.program = Program::cycles});
+  const std::string second = complaint_of("cycles");
   EXPECT_NE(second.find("blender: said nothing (SIGKILL: Killed;"), std::string::npos) << second;
 }
 
@@ -242,34 +243,33 @@ TEST(Reference, PovRayLivesInARoomOfMirrors) {
   scene.shapes = test::room(Vec3(-1), Vec3(1), test::mirror(0.9));
   scene.shapes.push_back(test::sphere(Vec3(-0.4, -0.3, 0.2), 0.3, test::diffuse(0.7)));
   scene.shapes.push_back(test::sphere(Vec3(0.3, 0.2, 0.4), 0.1, test::diffuse(0.0), 1.0));
-  const auto povray =
-      draw_if_installed(scene, {.program = Program::povray, .quality = Quality::draft});
+  const auto povray = draw_if_installed("povray", scene, {.quality = Quality::draft});
   if (!povray) GTEST_SKIP() << "POV-Ray is not installed";
   EXPECT_GT(mean_of(povray->image).mean, 0.0);
 }
 
 TEST(Reference, WhatIsDrawnOtherwiseIsSaid) {
   Scene scene = small_cornell();
-  for (const Program program : {Program::povray, Program::cycles, Program::mitsuba}) {
-    EXPECT_EQ(drawn_otherwise(scene, program), "");
+  for (const OtherRenderer& renderer : other_renderers()) {
+    EXPECT_EQ(renderer.drawn_otherwise(scene), "");
   }
   scene.camera.filter = {Filter::Kind::tent, 1.0};
-  EXPECT_EQ(drawn_otherwise(scene, Program::povray),
+  EXPECT_EQ(other_renderer("povray").drawn_otherwise(scene),
             "POV-Ray draws a box filter, the scene asks for tent 1");
-  EXPECT_EQ(drawn_otherwise(scene, Program::mitsuba), "");
+  EXPECT_EQ(other_renderer("mitsuba").drawn_otherwise(scene), "");
 }
 
 TEST(Reference, AProgramThatDrawsNothingIsAnError) {
   const FakeProgram silent("blender", "exit 0");
-  EXPECT_NE(complaint_of({.program = Program::cycles}).find("report"), std::string::npos);
+  EXPECT_NE(complaint_of("cycles").find("report"), std::string::npos);
   const FakeProgram boastful("blender", "echo 'plumbline: {\"seconds\": 1}'");
-  EXPECT_NE(complaint_of({.program = Program::cycles}).find("picture.exr"), std::string::npos);
+  EXPECT_NE(complaint_of("cycles").find("picture.exr"), std::string::npos);
 }
 
 TEST(Reference, AStopBeforeTheFirstSeedGivesNoPicture) {
   const FakeProgram slow("blender", "sleep 60");
   const std::atomic<bool> now{true};
-  EXPECT_EQ(draw(small_cornell(), {.program = Program::cycles}, now).seeds, 0);
+  EXPECT_EQ(draw("cycles", small_cornell(), {}, now).seeds, 0);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "reference_scenes/child_process.h"
+#include "other_renderers/child_process.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

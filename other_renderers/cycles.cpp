@@ -1,16 +1,34 @@
+// Cycles, the path tracer of Blender 3.4 and later, which reads a scene as a Python script.
 #include <fmt/format.h>
 
 #include <string>
 
-#include "reference_scenes/exporters.h"
+#include "other_renderers/export.h"
+#include "other_renderers/plumbline_cycles.py.h"
+#include "other_renderers/script_call.h"
 
 namespace plumb {
 namespace {
 
+// Of Cycles' gaussian, exp(-8 (x / width)^2) out to one and a half widths: ours, but for 0.03 %
+// where ours ends. 0: it has no such filter.
+double gaussian_width(const Filter& filter) {
+  constexpr double widest = 10.0;
+  const double width = 4.0 * filter.size;
+  return filter.kind == Filter::Kind::gaussian && width <= widest ? width : 0.0;
+}
+
+std::string filter_note(const Scene& scene) {
+  const Filter& filter = scene.camera.filter;
+  if (gaussian_width(filter) == 0.0) return box_filter_note("Cycles", filter);
+  if (filter.crosses_border) return "";
+  return "Cycles counts what lies beside the picture for its outermost pixels, the scene doesn't";
+}
+
 std::string tuple(const Vec3& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
 
 std::string camera_text(const Camera& c) {
-  const double filter = cycles_filter_width(c.filter);
+  const double filter = gaussian_width(c.filter);
   return fmt::format(R"(    camera=Camera(
         origin={}, forward={}, right={}, up={},
         fov={}, fov_axis="{}", width={}, height={}{}),
@@ -45,9 +63,7 @@ std::string shape_text(const Shape& shape) {
   return text + "        ]),\n";
 }
 
-}  // namespace
-
-std::string cycles_scene(const Scene& scene) {
+std::string scene_text(const Scene& scene) {
   std::string shapes;
   for (const Shape& shape : scene.shapes) shapes += shape_text(shape);
   return fmt::format(R"(# The scene {0}, from the scene file with SHA-1 {1}. To draw it:
@@ -69,7 +85,29 @@ main(
 {3}    ])
 )",
                      plain_identifier(scene.name), scene.hash, camera_text(scene.camera), shapes,
-                     comment("# ", cycles_filter_note(scene.camera)));
+                     comment("# ", filter_note(scene)));
+}
+
+std::vector<Run> runs(const Job& job) {
+  // Blender looks where PWD says that it is.
+  return script_call({"blender", "-b", "--factory-startup", "--python", job.file, "--"}, job);
+}
+
+}  // namespace
+
+OtherRenderer cycles() {
+  return {
+      .word = "cycles",
+      .name = "Cycles",
+      .software = "Blender",
+      .probe = {"blender", "--version"},
+      .how_to_install = "Blender is not installed: 'apt-get install blender', or see blender.org",
+      .example_setting = "sample_clamp_indirect=10",
+      .script_name = "plumbline_cycles.py",
+      .script = plumbline_cycles_py,
+      .format = SceneFormat{".py", scene_text},
+      .drawn_otherwise = filter_note,
+      .runs = runs};
 }
 
 }  // namespace plumb

@@ -1,7 +1,7 @@
 """Renders the stored ground truth of all scenes anew, or checks it.
 
-    python3 reference_scenes/references.py make PLUMB    (which is 'make references')
-    python3 reference_scenes/references.py check PLUMB   ('make check-references')
+    python3 other_renderers/references.py make PLUMB    (which is 'make references')
+    python3 other_renderers/references.py check PLUMB   ('make check-references')
 
 'make' has every installed program render every scene at its best, compares all pairs and writes
 reference_scenes/<scene>/*.exr, card.json and the tables of docs/agreement.md. It takes 40 minutes on
@@ -9,6 +9,7 @@ two cores. 'check' compares what the installed programs draw today with what is 
 says that it differs. 'tables' renders nothing and makes the tables of what is there.
 """
 
+import itertools
 import json
 import pathlib
 import subprocess
@@ -16,30 +17,31 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "images"))
+sys.path[:0] = [str(ROOT / "images"), str(ROOT / "other_renderers")]
 from exr import provenance  # noqa: E402
+from table import other_renderers  # noqa: E402
 
 OUT = ROOT / "out" / "references"
 DOCUMENT = ROOT / "docs" / "agreement.md"
 SCENES = ["cornell", "seed"]
 SAMPLES = {"cornell": 16384, "seed": 65536}
 
-# What is compared: a title, a scene, two pictures, the goals for the whole and for the worst region
-# in per cent (of objects, but of what the whole lamp shines on for direct light).
-PAIRS = [
-    ("all bounces", "cornell", "plumbline", "cycles", 0.05, 0.2),
-    ("all bounces", "seed", "plumbline", "cycles", 0.1, 0.5),
-    ("all bounces", "cornell", "plumbline", "mitsuba", 0.05, None),
-    ("all bounces", "seed", "plumbline", "mitsuba", 0.05, None),
-    ("all bounces", "cornell", "plumbline", "povray", 0.5, None),
-    ("all bounces", "seed", "plumbline", "povray", 0.5, None),
-    ("all bounces", "cornell", "cycles", "povray", None, None),
-    ("all bounces", "seed", "cycles", "povray", None, None),
-    ("direct", "cornell", "plumbline-direct", "cycles-direct", None, 0.1),
-    ("direct", "cornell", "plumbline-direct", "povray-direct", None, 0.1),
-    ("one bounce", "cornell", "plumbline-bounce", "cycles-bounce", 0.3, None),
-    ("one bounce", "cornell", "plumbline-bounce", "povray-bounce", 0.3, None),
-]
+# In per cent, for the whole and for the worst region (of objects, but of what the whole lamp shines
+# on for direct light). Pictures without samples have no noise, but bias.
+GOALS = {
+    ("all bounces", "cornell", "cycles"): (0.05, 0.2),
+    ("all bounces", "seed", "cycles"): (0.1, 0.5),
+    ("all bounces", "cornell", "mitsuba"): (0.05, None),
+    ("all bounces", "seed", "mitsuba"): (0.05, None),
+    ("all bounces", "cornell", "povray"): (0.5, None),
+    ("all bounces", "seed", "povray"): (0.5, None),
+    ("direct", "cornell", "cycles"): (None, 0.1),
+    ("direct", "cornell", "povray"): (None, 0.1),
+    ("one bounce", "cornell", "cycles"): (0.3, None),
+    ("one bounce", "cornell", "povray"): (0.3, None),
+}
+BOUNCES = {"direct": "0:1", "one bounce": "2:2"}
+NO_GOAL = (None, None)
 
 
 def plumb(*arguments, accept=(0,)):
@@ -59,10 +61,33 @@ def scene_file(scene):
 
 
 def picture(scene, name):
-    """Whole pictures by the programs that everybody can install are stored with the scene."""
-    is_stored = name in ("plumbline", "cycles", "povray")
-    folder = ROOT / "reference_scenes" / scene if is_stored else OUT / scene
-    return folder / f"{name}.exr"
+    """What is stored with the scene is made anew there."""
+    stored = ROOT / "reference_scenes" / scene / f"{name}.exr"
+    return stored if stored.exists() else OUT / scene / f"{name}.exr"
+
+
+def stored_renderers():
+    """Those that everybody can install: whole pictures by them are stored with all scenes."""
+    return [other for other in OTHERS
+            if all(picture(scene, other["word"]).parent != OUT / scene for scene in SCENES)]
+
+
+def pairs():
+    """What is compared: a title, a scene, two pictures, the goals for the whole and the worst region."""
+    def ours(title, scene, other):
+        return (title, scene, f"plumbline{suffix(title)}", f"{other['word']}{suffix(title)}",
+                *GOALS.get((title, scene, other["word"]), NO_GOAL))
+    stored = stored_renderers()
+    found = [ours("all bounces", scene, other) for other in OTHERS for scene in SCENES]
+    found += [("all bounces", scene, first["word"], second["word"], *NO_GOAL)
+              for first, second in itertools.combinations(stored, 2) for scene in SCENES]
+    found += [ours(title, "cornell", other) for title in BOUNCES for other in stored]
+    return found
+
+
+def suffix(title):
+    """Of the names of pictures of some bounces alone."""
+    return f"-{title.split()[-1]}" if title in BOUNCES else ""
 
 
 def render_masks(scene):
@@ -76,21 +101,32 @@ def render_masks(scene):
 def render_all(scene):
     file = scene_file(scene)
     plumb("render", file, "--spp", SAMPLES[scene], "-o", picture(scene, "plumbline"))
-    # Mitsuba holds all samples in memory at once.
-    for program, more in (("mitsuba", ["--spp", 256, "--seeds", 16]), ("povray", []),
-                          ("cycles", [])):
-        plumb("reference", file, "--with", program, "--quality", "best", *more,
-              "-o", picture(scene, program))
+    for other in OTHERS:
+        # Those of a picture, which some programs hold in memory at once.
+        samples = ["--spp", 256, "--seeds", 16] if other["hasSamples"] else []
+        plumb("reference", file, "--with", other["word"], "--quality", "best", *samples,
+              "-o", picture(scene, other["word"]))
 
 
 def render_by_bounces(scene):
     file = scene_file(scene)
-    for name, bounces, more in (("direct", "0:1", []), ("bounce", "2:2", ["--size", "128x128"])):
+    for title, bounces in BOUNCES.items():
+        more = ["--size", "128x128"] if title == "one bounce" else []
         plumb("render", file, "--bounces", bounces, "--spp", 16384, *more,
-              "-o", picture(scene, f"plumbline-{name}"))
-        for program, quality in (("cycles", "good"), ("povray", "best")):
-            plumb("reference", file, "--with", program, "--quality", quality, "--bounces", bounces,
-                  *more, "-o", picture(scene, f"{program}-{name}"))
+              "-o", picture(scene, f"plumbline{suffix(title)}"))
+        for other in stored_renderers():
+            plumb("reference", file, "--with", other["word"], "--quality", quality(other),
+                  "--bounces", bounces, *more,
+                  "-o", picture(scene, f"{other['word']}{suffix(title)}"))
+
+
+def quality(other):
+    """Good is enough where noise is known, and allowed for."""
+    return "good" if other["hasSamples"] else "best"
+
+
+def is_noiseless(name):
+    return any(name.split("-")[0] == other["word"] and not other["hasSamples"] for other in OTHERS)
 
 
 def compare(pair, kind):
@@ -102,8 +138,8 @@ def compare(pair, kind):
     size = "-128" if title == "one bounce" else ""
     mask = OUT / scene / f"{kind}{size}.png"
     report = OUT / scene / f"{test}-{reference}-{kind}.json"
-    # A picture by POV-Ray has no noise, but bias: stated as a floor of nothing, to see all of it.
-    floor = ["--floor", "0"] if "povray" in reference else []
+    # A picture without noise has bias: stated as a floor of nothing, to see all of it.
+    floor = ["--floor", "0"] if is_noiseless(reference) else []
     if not plumb("compare", *files, "--regions", mask, "--tolerance", "1%", "--negative", *floor,
                  "--json", report, accept=(0, 1, 3)):
         return None
@@ -136,9 +172,9 @@ def pair_row(pair, report):
                if title != "direct" or entry["region"] == "lit"]
     worst = max(regions, key=lambda entry: abs(entry[0]))
     blocks = next(level for level in report["levels"] if level["level"] == "block")
-    bounces = {"all bounces": "", "direct": ", `--bounces 0:1`", "one bounce": ", `--bounces 2:2`"}
+    bounces = f", `--bounces {BOUNCES[title]}`" if title in BOUNCES else ""
     cells = [
-        scene + bounces[title], f"{test.split('-')[0]} - {reference.split('-')[0]}",
+        scene + bounces, f"{test.split('-')[0]} - {reference.split('-')[0]}",
         f"{image[0]:+.3f} ± {image[1]:.3f} %", verdict(goal, *image),
         f"{worst[0]:+.3f} ± {worst[1]:.3f} % ({worst[2]})", verdict(region_goal, *worst[:2]),
         f"{blocks['different']} of {blocks['units']}",
@@ -177,10 +213,10 @@ def write_tables(reports, by_side):
 
 def floor(scene, name, reports):
     """How far a picture is from the others: the largest difference of whole and of any region that
-    is known, with two standard errors, in per cent. POV-Ray's is measured by the others only."""
+    is known, with two standard errors, in per cent. The bias of a noiseless one is its own alone."""
     whole, regions = 0.0, {}
     for (title, of_scene, test, reference, *_), report in reports:
-        is_measure = "povray" not in (test, reference) or name == "povray"
+        is_measure = is_noiseless(name) or not (is_noiseless(test) or is_noiseless(reference))
         if title != "all bounces" or of_scene != scene or name not in (test, reference):
             continue
         if not is_measure:
@@ -197,9 +233,7 @@ def floor(scene, name, reports):
 
 def write_card(scene, reports):
     pictures = []
-    for name in ("plumbline", "cycles", "povray"):
-        if not picture(scene, name).exists():
-            continue
+    for name in ["plumbline", *(other["word"] for other in stored_renderers())]:
         card = {"file": f"{name}.exr", **provenance(picture(scene, name))}
         card["floor"] = floor(scene, name, reports)
         pictures.append(card)
@@ -209,7 +243,7 @@ def write_card(scene, reports):
 
 def write_picture():
     """All stored pictures side by side: a row for each scene, a column for each program."""
-    programs = ["plumbline", "cycles", "povray"]
+    programs = ["plumbline", *(other["word"] for other in stored_renderers())]
     files = [str(picture(scene, program)) for scene in SCENES for program in programs]
     each = "--ch", "R,G,B", "--mulc", "1.5", "--colorconvert", "linear", "sRGB"
     command = ["oiiotool"]
@@ -224,14 +258,15 @@ def tabulate():
     for scene in SCENES:
         render_masks(scene)
 
-    def reports(pairs, kind):
-        found = [(pair, compare(pair, "shadow" if pair[0] == "direct" else kind)) for pair in pairs]
+    def reports(of_pairs, kind):
+        found = [(pair, compare(pair, "shadow" if pair[0] == "direct" else kind))
+                 for pair in of_pairs]
         return [(pair, report) for pair, report in found if report]
 
-    by_side = reports([pair for pair in PAIRS if pair[0] == "all bounces"], "side")
+    by_side = reports([pair for pair in pairs() if pair[0] == "all bounces"], "side")
     for scene in SCENES:
         write_card(scene, by_side)
-    write_tables(reports(PAIRS, "object"), by_side)
+    write_tables(reports(pairs(), "object"), by_side)
     write_picture()
     print(f"wrote {DOCUMENT.relative_to(ROOT)} and the scenes' card.json")
 
@@ -247,18 +282,19 @@ def make():
 def check():
     """Whether today's pictures are close enough to the stored ones.
 
-    Each of the two may be off by its floor: POV-Ray's threads share what they gather in another
-    order every time. Cycles has noise, of which three standard errors are allowed for.
+    Each of the two may be off by its floor: also without samples, threads may share what they gather
+    in another order every time. Of noise three standard errors are allowed for.
     """
     is_good = True
     for scene in SCENES:
         render_masks(scene)
         card = json.loads((ROOT / "reference_scenes" / scene / "card.json").read_text("utf-8"))
-        for program, quality in (("cycles", "good"), ("povray", "best")):
+        for other in stored_renderers():
+            program = other["word"]
             floors = next(p for p in card["pictures"] if p["file"] == f"{program}.exr")["floor"]
             name = f"{program}-today"
-            if not plumb("reference", scene_file(scene), "--with", program, "--quality", quality,
-                         "-o", picture(scene, name)):
+            if not plumb("reference", scene_file(scene), "--with", program, "--quality",
+                         quality(other), "-o", picture(scene, name)):
                 continue
             report = compare(("check", scene, name, program), "side")
             found = {"the whole": (in_all_channels(report["channels"])[0], floors["wholePercent"])}
@@ -278,4 +314,5 @@ if __name__ == "__main__":
     if len(sys.argv) != 3 or sys.argv[1] not in ("make", "tables", "check"):
         sys.exit(__doc__)
     PLUMB = sys.argv[2]
+    OTHERS = other_renderers(PLUMB)
     sys.exit({"make": make, "tables": tabulate, "check": check}[sys.argv[1]]())

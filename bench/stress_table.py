@@ -1,6 +1,6 @@
 """Writes the tables of docs/stability.md.
 
-    python3 reference_scenes/stress/table.py PLUMB    (which is 'make stress')
+    python3 bench/stress_table.py PLUMB    (which is 'make stress')
 
 Has PLUMB try every method and every installed program on every scene, 2 seconds each.
 """
@@ -9,7 +9,10 @@ import pathlib
 import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "other_renderers"))
+from table import other_renderers  # noqa: E402
+
 DOCUMENT = ROOT / "docs" / "stability.md"
 BEGIN = "<!-- tables: made by 'make stress' -->\n"
 END = "<!-- end of tables -->"
@@ -32,7 +35,8 @@ def verdicts(lines):
 
 
 def main():
-    command = [sys.argv[1], "stress", "--with", "cycles,povray,mitsuba", "--time", "2"]
+    words = ",".join(renderer["word"] for renderer in other_renderers(sys.argv[1]))
+    command = [sys.argv[1], "stress", "--with", words, "--time", "2"]
     result = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
     if result.returncode > 1:
         return result.returncode

@@ -1,13 +1,17 @@
+// POV-Ray 3.7, whose radiosity knows qualities but no samples.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <regex>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include "reference_scenes/exporters.h"
+#include "other_renderers/export.h"
+#include "other_renderers/plumbline.inc.h"
 
 namespace plumb {
 namespace {
@@ -218,14 +222,16 @@ std::string camera(const Camera& camera) {
                      camera.half_width());
 }
 
-}  // namespace
+std::string filter_note(const Scene& scene) {
+  return box_filter_note("POV-Ray", scene.camera.filter);
+}
 
-std::string povray_scene(const Scene& scene) {
+std::string scene_text(const Scene& scene) {
   std::string text = fmt::format(
       "// {}, for POV-Ray 3.7: povray FILE +W{} +H{}\n{}"
       "#version 3.7;\n#include \"plumbline.inc\"\n\n{}",
       plain_identifier(scene.name), scene.camera.width, scene.camera.height,
-      comment("// ", povray_filter_note(scene.camera)), camera(scene.camera));
+      comment("// ", filter_note(scene)), camera(scene.camera));
   for (const Shape& shape : scene.shapes) {
     const bool diffuse = shape.bsdf.kind == Bsdf::Kind::diffuse;
     text += fmt::format("\n// {}\n{}({}, {})\n{}", plain_identifier(shape.id),
@@ -234,6 +240,74 @@ std::string povray_scene(const Scene& scene) {
     if (shape.is_lamp()) text += lamp(scene, shape);
   }
   return text;
+}
+
+// Anti-aliasing with `depth` x `depth` jittered rays in every pixel.
+Command command(const Job& job, int depth, std::optional<int> bounces,
+                const Command& declarations) {
+  Command command{"povray",
+                  "+I" + job.file.filename().string(),
+                  fmt::format("+O{}", picture_name),
+                  fmt::format("+W{}", job.scene.camera.width),
+                  fmt::format("+H{}", job.scene.camera.height),
+                  fmt::format("+R{}", depth)};
+  command.insert(command.end(), {"+FE", "-D", "+A0.0", "+AM1", "+J1"});
+  if (job.settings.threads > 0) command.push_back(fmt::format("+WT{}", job.settings.threads));
+  if (bounces) command.push_back(fmt::format("Declare=Max_bounces={}", *bounces));
+  for (const std::string& declaration : declarations) {
+    command.push_back("Declare=" + declaration);
+  }
+  return command;
+}
+
+// Lamps as the camera sees them, direct light from many points of the lamps, and what further
+// bounces add where the lamps have fewer points, which every gathered ray has to ask.
+std::vector<Run> runs(const Job& job) {
+  constexpr std::array<int, 3> emission_depth{5, 9, 9};
+  constexpr std::array<int, 3> direct_depth{3, 3, 5};
+  constexpr std::array<int, 3> direct_grid{6, 8, 16};
+  const auto quality = size_t(job.settings.quality);
+  std::vector<Run> runs{{command(job, emission_depth[quality], 0, {})}};
+  if (job.most_bounces == 0) return runs;
+  runs.push_back({command(job, direct_depth[quality], 1,
+                          {"Emission=0", fmt::format("Lamp_grid={}", direct_grid[quality])})});
+  if (job.most_bounces == 1) return runs;
+  const Command coarse{"Emission=0", "Lamp_grid=4", "Lamp_detail=0",
+                       fmt::format("Quality={}", quality)};
+  runs.push_back({command(job, 3, job.most_bounces, coarse), 1.0});
+  runs.push_back({command(job, 3, 1, coarse), -1.0});
+  return runs;
+}
+
+// Scenes can't know the version and the seconds.
+RunReport read_log(const std::string& log) {
+  std::smatch version;
+  std::regex_search(log, version, std::regex(R"(Ray Tracer Version ([0-9.]*[0-9]))"));
+  RunReport report{"POV-Ray " + version.str(1), version.str(1)};
+  const std::string times = log.substr(log.rfind("Render Time:"));
+  const std::regex time(R"(\(([0-9.]+) seconds\))");
+  for (std::sregex_iterator match(times.begin(), times.end(), time), end; match != end; ++match) {
+    report.seconds += std::stod(match->str(1));
+  }
+  return report;
+}
+
+}  // namespace
+
+OtherRenderer povray() {
+  return {.word = "povray",
+          .name = "POV-Ray",
+          .software = "POV-Ray",
+          .probe = {"povray", "--version"},
+          .how_to_install = "POV-Ray is not installed: 'apt-get install povray', or see povray.org",
+          .has_samples = false,
+          .counts_mirror_bounces = false,
+          .script_name = "plumbline.inc",
+          .script = plumbline_inc,
+          .format = SceneFormat{".pov", scene_text},
+          .drawn_otherwise = filter_note,
+          .runs = runs,
+          .read_log = read_log};
 }
 
 }  // namespace plumb

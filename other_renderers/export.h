@@ -1,0 +1,27 @@
+// Writes scenes as other renderers read them, and what the texts of such scenes share.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "other_renderers/other_renderer.h"
+
+namespace plumb {
+
+// Writes the scene in the renderer's format, which it must have, and beside it the renderer's
+// script, which holds what is true of all scenes. Returns the script's path; throws
+// FileError if a file cannot be written.
+std::filesystem::path export_scene(const OtherRenderer& renderer, const Scene& scene,
+                                   const std::filesystem::path& file);
+
+// That `renderer` draws a box one pixel wide; empty if that is the scene's filter.
+std::string box_filter_note(const std::string& renderer, const Filter& filter);
+
+// A line of its own, none for an empty note.
+std::string comment(const std::string& mark, const std::string& note);
+
+// `id` with everything but ASCII letters, digits and underscores replaced by underscores: harmless
+// in any comment, string or name.
+std::string plain_identifier(const std::string& id);
+
+}  // namespace plumb

@@ -1,0 +1,27 @@
+// The table of other renderers. Who adds one adds its function here, in both places.
+#include <stdexcept>
+
+#include "other_renderers/other_renderer.h"
+
+namespace plumb {
+
+// Each is in the file of its name.
+OtherRenderer povray();
+OtherRenderer cycles();
+OtherRenderer mitsuba();
+
+const std::vector<OtherRenderer>& other_renderers() {
+  static const std::vector<OtherRenderer> table{povray(), cycles(), mitsuba()};
+  return table;
+}
+
+const OtherRenderer& other_renderer(const std::string& word) {
+  std::string words;
+  for (const OtherRenderer& renderer : other_renderers()) {
+    if (renderer.word == word) return renderer;
+    words += (words.empty() ? "" : ", ") + renderer.word;
+  }
+  throw std::invalid_argument("'" + word + "' is not one of " + words);
+}
+
+}  // namespace plumb

@@ -1,1 +1,0 @@
-../plumbline_cycles.py
