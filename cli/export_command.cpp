@@ -28,10 +28,6 @@ const OtherRenderer* find(const std::string& word) {
   return &renderer;
 }
 
-std::string reader(const OtherRenderer& renderer) {
-  return renderer.format ? renderer.software : "";
-}
-
 std::string word_and_file(const OtherRenderer& renderer) {
   if (!renderer.format) return "";
   return fmt::format("{} ({} for {})", renderer.word, renderer.format->extension,
@@ -48,8 +44,10 @@ void run(const Options& options) {
 
 void add_export(CLI::App& app) {
   auto options = std::make_shared<Options>();
-  CLI::App& command = *app.add_subcommand(
-      "export", fmt::format("Write a scene as {} reads it", list_renderers(reader)));
+  const std::string readers =
+      list_renderers([](const OtherRenderer& r) { return r.format ? r.software : ""; });
+  CLI::App& command =
+      *app.add_subcommand("export", fmt::format("Write a scene as {} reads it", readers));
   add_scene_option(command, options->scene);
   add_option(command, "--to", "PROGRAM", options->renderer, find, list_renderers(word_and_file))
       ->required();

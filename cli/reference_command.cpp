@@ -31,7 +31,7 @@ struct Options {
 };
 
 // For programs: what they may ask other renderers for, and whether they are installed.
-void print_list() {
+[[noreturn]] void print_list_and_exit() {
   auto list = nlohmann::json::array();
   for (const OtherRenderer& renderer : other_renderers()) {
     list.push_back({{"word", renderer.word},
@@ -40,6 +40,7 @@ void print_list() {
                     {"hasSamples", renderer.has_samples}});
   }
   fmt::print("{}\n", list.dump(1));
+  throw CLI::Success();
 }
 
 std::string word_and_owner(const OtherRenderer& renderer) {
@@ -53,18 +54,10 @@ std::string settings_help(const OtherRenderer& renderer) {
                      renderer.example_setting);
 }
 
-std::string name_without_samples(const OtherRenderer& renderer) {
-  return renderer.has_samples ? "" : renderer.name;
-}
-
 void add_options(CLI::App& command, Options& options) {
   ReferenceSettings& settings = options.settings;
-  const auto print_and_exit = [] {
-    print_list();
-    throw CLI::Success();
-  };
   command
-      .add_flag_callback("--list", print_and_exit,
+      .add_flag_callback("--list", print_list_and_exit,
                          "Print as JSON which programs there are and exit")
       ->trigger_on_parse();
   add_scene_option(command, options.scene);
@@ -140,6 +133,8 @@ void add_reference(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App& command = *app.add_subcommand("reference", "Have another program render a scene");
   add_options(command, *options);
+  const std::string without_samples =
+      list_renderers([](const OtherRenderer& r) { return r.has_samples ? "" : r.name; });
   command.footer(fmt::format(R"(Examples:
   plumb reference scene.xml --with cycles --spp 256 --seeds 4 -o cycles.exr
   plumb reference scene.xml --with povray --quality best -o povray.exr
@@ -148,7 +143,7 @@ void add_reference(CLI::App& app, int& exit_code) {
 Ctrl-C writes the mean of the seeds that are finished. If the program fails,
 what it printed is kept in FILE.log. {} takes neither --spp nor --seeds.
 Exit codes: 0 done, 2 trouble, 130 interrupted.)",
-                             list_renderers(name_without_samples)));
+                             without_samples));
   command.callback([=, &exit_code] { exit_code = run(*options); });
 }
 

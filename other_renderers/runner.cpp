@@ -156,23 +156,17 @@ class Session {
         log_(log),
         watcher_(watcher) {}
 
-  void draw() {
+  Reference draw() {
     for (int i = 0; i < settings_.seeds && !watcher_.stop; ++i) {
       draw_seed(settings_.first_seed + i);
     }
     fs::remove(log_);
-  }
-  Reference result() const {
     if (pictures_.empty()) return {};
-    const auto seeds = static_cast<int>(pictures_.size());
-    return {mean_of(pictures_, scene_.camera.width, scene_.camera.height),
-            runs_[0].value("program", ""),
-            runs_[0].value("version", ""),
-            seeds,
-            seeds * settings_.samples_per_pixel,
-            wall_seconds_,
-            process_seconds_,
-            runs_.dump()};
+    reference_.image = mean_of(pictures_, scene_.camera.width, scene_.camera.height);
+    reference_.seeds = static_cast<int>(pictures_.size());
+    reference_.samples_per_pixel = reference_.seeds * settings_.samples_per_pixel;
+    reference_.runs = runs_.dump();
+    return reference_;
   }
 
  private:
@@ -200,8 +194,10 @@ class Session {
     }
     const std::chrono::duration<double> process = std::chrono::steady_clock::now() - begin;
     Json report = read_report(renderer_, log_);
-    wall_seconds_ += report["seconds"].get<double>();
-    process_seconds_ += process.count();
+    reference_.program = report.value("program", "");
+    reference_.version = report.value("version", "");
+    reference_.wall_seconds += report["seconds"].get<double>();
+    reference_.process_seconds += process.count();
     report["weight"] = run.weight;
     const std::string command = fmt::format("{}", fmt::join(run.command, " "));
     report["command"] = std::regex_replace(command, std::regex((folder_.path / "").string()), "");
@@ -234,8 +230,7 @@ class Session {
   const Watcher& watcher_;
   std::vector<std::vector<double>> pictures_;
   Json runs_ = Json::array();
-  double wall_seconds_ = 0.0;
-  double process_seconds_ = 0.0;
+  Reference reference_;
 };
 
 void check(const OtherRenderer& renderer, const Scene& scene, const ReferenceSettings& settings) {
@@ -274,9 +269,7 @@ Reference render_reference(const OtherRenderer& renderer, const Scene& scene,
                            const fs::path& scene_file, const ReferenceSettings& settings,
                            const fs::path& log, const Watcher& watcher) {
   check(renderer, scene, settings);
-  Session session(renderer, scene, scene_file, complete(renderer, settings), log, watcher);
-  session.draw();
-  return session.result();
+  return Session(renderer, scene, scene_file, complete(renderer, settings), log, watcher).draw();
 }
 
 bool is_installed(const OtherRenderer& renderer) {
