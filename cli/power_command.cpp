@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -117,12 +118,13 @@ class Plantings {
     std::string found;
     for (size_t step = 0; true; ++step) {
       const int64_t goal = fewest_samples << step;
-      const Limits limits{{film.samples_per_pixel(), goal}, options_.seconds - seconds};
+      // The first samples take what they take: of fewer all may have missed the same light.
+      constexpr double endless = std::numeric_limits<double>::infinity();
+      const double left = step == 0 ? endless : options_.seconds - seconds;
+      const Limits limits{{film.samples_per_pixel(), goal}, left};
       seconds += render(scene, settings, limits, film, {}, &stop_requested).wall_seconds;
       if (stop_requested) return "";
       line.show(fmt::format("{}, {}: {} spp", scene.name, fault_name(fault), goal));
-      // Of fewer samples all may have missed the same light.
-      if (film.samples_per_pixel() < fewest_samples) break;
       if (found.empty()) found = look(fault, film, seconds, step);
       const bool is_known = !found.empty() && goal >= converged_samples;
       if (is_known || film.samples_per_pixel() < goal || seconds >= options_.seconds) break;
@@ -201,7 +203,8 @@ void add_power(CLI::App& app, int& exit_code) {
                   "folder (default: plumbline.exr)")
       ->type_name("FILE");
   add_option(command, "--time", "SECONDS", options->seconds, number(1e-3, 1e9),
-             "Time of rendering for each fault at most (default: 60)");
+             "Time of rendering for each fault, after the first 16\n"
+             "samples (default: 60)");
   command.footer(R"(Examples:
   plumb power
   plumb power reference_scenes/seed/scene.xml --fault tangent-frame

@@ -43,19 +43,15 @@ Vec3 direction_around(const Vec3& axis, double cosine, double part) {
 
 class Path {
  public:
-  Path(const TraceJob<PlainScene>& job, int64_t pixel, int64_t sample)
-      : scene_(job.scene), bounces_(job.settings.bounces), is_abandoned_(job.is_abandoned) {
-    std::seed_seq seed{int64_t{job.settings.seed}, pixel, sample};
-    random_.seed(seed);
+  Path(const PlainScene& scene, const BounceRange& bounces, std::seed_seq& seed, int64_t& rays)
+      : scene_(scene), bounces_(bounces), random_(seed), rays_(rays) {}
+
+  Vec3 radiance(int64_t pixel, const std::function<bool(int64_t)>& is_abandoned) {
     const Camera& camera = scene_.camera;
     const double x = sample_filter(static_cast<int>(pixel % camera.width), camera.width);
     const double y = sample_filter(static_cast<int>(pixel / camera.width), camera.height);
     ray_ = {camera.origin, camera.direction(x, y).normalized()};
-  }
-
-  // Of a path that is abandoned, the part that it has so far.
-  Vec3 radiance() {
-    for (int bounces = 0; bounces % 1024 != 1023 || !is_abandoned_(bounces); ++bounces) {
+    for (int bounces = 0; bounces % 1024 != 1023 || !is_abandoned(bounces); ++bounces) {
       const auto [surface, distance] = nearest(ray_);
       if (surface == nullptr) break;
       const Vec3 point = ray_.at(distance);
@@ -77,8 +73,6 @@ class Path {
     }
     return radiance_;
   }
-
-  int64_t rays() const { return rays_; }
 
  private:
   double random() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
@@ -152,12 +146,11 @@ class Path {
 
   const PlainScene& scene_;
   const BounceRange& bounces_;
-  const std::function<bool(int64_t)>& is_abandoned_;
   std::mt19937_64 random_;
+  int64_t& rays_;
   Ray ray_;
   double pdf_ = delta;  // of the ray's direction
   Vec3 throughput_{1.0}, radiance_{0.0};
-  int64_t rays_ = 0;
 };
 
 }  // namespace
@@ -173,19 +166,10 @@ PlainScene::PlainScene(const Scene& scene) : camera(scene.camera), surfaces(list
   margin = 1e-7 * size;
 }
 
-int64_t trace(const TraceJob<PlainScene>& job) {
-  int64_t rays = 0;
-  for (int64_t pixel; (pixel = job.next_pixel++) < job.film.pixel_count();) {
-    job.film.open(size_t(pixel));
-    for (int64_t sample = job.samples.first; sample < job.samples.last; ++sample) {
-      Path path(job, pixel, sample);
-      const Vec3 radiance = path.radiance();
-      if (job.is_abandoned(0)) return rays;
-      job.film.add(size_t(pixel), size_t(sample % Film::replicates), &radiance.x, 1);
-      rays += path.rays();
-    }
-  }
-  return rays;
+Vec3 trace_path(const PlainScene& scene, const Settings& settings, int64_t pixel, int64_t sample,
+                const std::function<bool(int64_t)>& is_abandoned, int64_t& rays) {
+  std::seed_seq seed{int64_t{settings.seed}, pixel, sample};
+  return Path(scene, settings.bounces, seed, rays).radiance(pixel, is_abandoned);
 }
 
 }  // namespace plumb

@@ -3,10 +3,12 @@
 // of the two checks the other one. It is many times slower.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <vector>
 
+#include "renderer/settings.h"
 #include "renderer/surfaces.h"
-#include "renderer/trace.h"
 
 namespace plumb {
 
@@ -20,7 +22,10 @@ struct PlainScene {
   double margin;  // closer to its ends than this, a ray meets nothing: far above double's rounding
 };
 
-// As the other trace(). The settings' method, sampler and precision have no effect.
-int64_t trace(const TraceJob<PlainScene>& job);
+// The radiance of one sample of a pixel; pixels are numbered along rows from the top left corner.
+// Adds the rays that it took to `rays`. Of the settings, seed and bounces count. Every thousand
+// bounces `is_abandoned` is asked, with their number, whether to leave the path unfinished.
+Vec3 trace_path(const PlainScene& scene, const Settings& settings, int64_t pixel, int64_t sample,
+                const std::function<bool(int64_t)>& is_abandoned, int64_t& rays);
 
 }  // namespace plumb

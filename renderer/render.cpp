@@ -70,9 +70,20 @@ int64_t trace_job(const TraceJob<PackedScene<float>>& job) {
   return job.settings.fault == Fault::none ? trace(job) : trace_faulty(job);
 }
 
-template <class TracedScene>
-int64_t trace_job(const TraceJob<TracedScene>& job) {
-  return trace(job);
+int64_t trace_job(const TraceJob<PackedScene<double>>& job) { return trace(job); }
+
+int64_t trace_job(const TraceJob<PlainScene>& job) {
+  int64_t rays = 0;
+  for (int64_t pixel; (pixel = job.next_pixel++) < job.film.pixel_count();) {
+    job.film.open(size_t(pixel));
+    for (int64_t sample = job.samples.first; sample < job.samples.last; ++sample) {
+      const Vec3 radiance =
+          trace_path(job.scene, job.settings, pixel, sample, job.is_abandoned, rays);
+      if (job.is_abandoned(0)) return rays;
+      job.film.add(size_t(pixel), size_t(sample % Film::replicates), &radiance.x, 1);
+    }
+  }
+  return rays;
 }
 
 // Says when a pass is not worth waiting for.

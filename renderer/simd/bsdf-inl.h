@@ -22,9 +22,9 @@ struct BsdfSample {
   Real<D> pdf;
 };
 
-// The BSDF at a point of a surface. All directions are of unit length and lead away from the
-// point, but `incident`, which is the path's and leads to it from the camera. The other side of the
-// surface gets nothing.
+// The BSDF at the point of a surface that each lane is at. All directions are of unit length and
+// lead away from the point, but `incident`, which is the path's and leads to it from the camera.
+// The other side of the surface gets nothing.
 //
 // A BSDF's value f is in 1 / sr. Each f here is the reflectance, which has a colour, times a
 // number:
@@ -32,7 +32,7 @@ struct BsdfSample {
 //   diffuse   f = reflectance / pi
 //   mirror    f = reflectance * (a Dirac delta at the reflected direction) / cosine
 template <class D>
-struct Bsdf {
+struct BsdfLanes {
   V3<D> normal;  // on the side from which the path came
   V3<D> reflectance;
   Bool<D> is_mirror;

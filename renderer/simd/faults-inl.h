@@ -101,7 +101,7 @@ struct FaultyEstimator : Estimator<Lanes> {
     return {u, v, third};
   }
 
-  BsdfSample<D> sample_bsdf(const Bsdf<D>& bsdf, V3<D> incident, R u, R v) const {
+  BsdfSample<D> sample_bsdf(const BsdfLanes<D>& bsdf, V3<D> incident, R u, R v) const {
     if (fault == Fault::uniform_directions) {
       const R sine = sqrt(R(1) - u * u);
       return bsdf.mirror_or(incident, spherical_direction(frame_around(bsdf.normal), u, sine, v));

@@ -150,7 +150,7 @@ class LaneSamples {
 template <class D>
 struct SurfaceInteraction {
   V3<D> point;
-  Bsdf<D> bsdf;
+  BsdfLanes<D> bsdf;
   Real<D> id, plane;
   Bool<D> scatters;  // neither in the void nor on a black back
   Bool<D> front;     // the path came from the side that the surface's own normal points to
@@ -185,7 +185,7 @@ struct Estimator {
   HWY_INLINE Sample<D> draw(Sampler sampler, const SampleIndex<D>& index, Bits<D> pair) const {
     return plumb::HWY_NAMESPACE::draw(sampler, index, pair);
   }
-  HWY_INLINE BsdfSample<D> sample_bsdf(const Bsdf<D>& bsdf, V3<D> incident, R u, R v) const {
+  HWY_INLINE BsdfSample<D> sample_bsdf(const BsdfLanes<D>& bsdf, V3<D> incident, R u, R v) const {
     return bsdf.sample(incident, u, v);
   }
   HWY_INLINE LampSample<D> sample_lamp(const Lamp& lamp, V3<D> p, R u, R v) const {
@@ -416,7 +416,7 @@ class Packet {
   // The balance heuristic's weight p / (p + q) replaces that density p by the sum of both ways' p +
   // q.
   void sample_direct(const PackedLamp<T>& lamp, Bool<D> chosen, const LampSample<D>& to_lamp) {
-    const Bsdf<D>& bsdf = surface_.bsdf;
+    const BsdfLanes<D>& bsdf = surface_.bsdf;
     const R f_cosine = bsdf.eval(to_lamp.direction);
     R pdf(lamp.probability);  // here and below times inverse_pdf
     if (settings_.method == Method::mis) {
