@@ -44,7 +44,7 @@ deps:
 	  echo "No apt-get here. Needed: a C++20 compiler, CMake 3.25, pkg-config and the libraries"; \
 	  echo "Assimp 5, OpenImageIO 2.4, Imath 3.1, Highway, oneTBB, Boost.Math, fmt, pugixml, toml++,"; \
 	  echo "nlohmann/json, CLI11 and GoogleTest. POV-Ray, Blender and OpenImageIO's tools render and"; \
-	  echo "show the references; gnuplot draws plots; 'make bench' needs Google Benchmark."; \
+	  echo "show the references; gnuplot draws plots."; \
 	  exit 0; \
 	fi; \
 	is_missing() { \
@@ -94,8 +94,6 @@ report: configure
 	python3 report/make_report.py build/plumb
 
 bench: build
-	@test -x build/render_bench || \
-	  { echo "This needs Google Benchmark. On Debian or Ubuntu: apt-get install libbenchmark-dev"; exit 1; }
 	build/render_bench
 
 references: build

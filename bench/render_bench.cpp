@@ -6,17 +6,18 @@
 //                         per pixel, against a picture r of 4096 whose own noise is subtracted;
 //                         pixels that see a lamp directly are left out
 //   relMSE*s              the same times the seconds that it took: variance x time
-#include <benchmark/benchmark.h>
 #include <fmt/format.h>
-#include <hwy/targets.h>
 
 #include <atomic>
+#include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "images/relative_error.h"
 #include "other_renderers/runner.h"
 #include "renderer/film.h"
 #include "renderer/render.h"
@@ -65,7 +66,7 @@ double relative_mse(const std::vector<float>& mean, const Truth& r) {
     if (r.sees_lamp[i]) continue;
     const auto expected = double{r.mean[i]};
     const double difference = double{mean[i]} - expected;
-    sum += (difference * difference - double{r.variance[i]}) / (expected * expected + 1e-2);
+    sum += relative_square(difference * difference - double{r.variance[i]}, expected);
     count += 1.0;
   }
   return sum / count;
@@ -79,147 +80,115 @@ std::vector<float> rgb(const Image& image) {
   return values;
 }
 
-void measure(benchmark::State& state, const std::string& name, const Settings& settings) {
-  const Truth& r = truth(name);
-  Cost warm_up;
-  draw(r.scene, settings, samples_per_pixel, warm_up);
-  Cost total;
+struct Result {
+  double samples_per_second = 0.0;
+  double rays_per_second = 0.0;  // 0: not known
+  double error = 0.0;            // relMSE
+  double variance_time = 0.0;
+};
+
+Result measure(const std::string& scene, Settings settings) {
+  const Truth& r = truth(scene);
+  Cost cost, total;
+  draw(r.scene, settings, samples_per_pixel, cost);  // to warm up
   double error = 0.0;
-  uint32_t seed = 0;
-  for (auto _ : state) {
-    Settings seeded = settings;
-    seeded.seed = seed++;
-    Cost cost;
-    const Film film = draw(r.scene, seeded, samples_per_pixel, cost);
-    state.SetIterationTime(cost.wall_seconds);
+  for (settings.seed = 0; settings.seed < renders; ++settings.seed) {
+    const Film film = draw(r.scene, settings, samples_per_pixel, cost);
     total.wall_seconds += cost.wall_seconds;
     total.samples += cost.samples;
     total.rays += cost.rays;
     error += relative_mse(film.mean(), r) / renders;
   }
-  state.counters["Msamples/s"] = static_cast<double>(total.samples) / 1e6 / total.wall_seconds;
-  state.counters["Mrays/s"] = static_cast<double>(total.rays) / 1e6 / total.wall_seconds;
-  state.counters["relMSE"] = error;
-  state.counters["relMSE*s"] = error * total.wall_seconds / renders;
+  return {static_cast<double>(total.samples) / total.wall_seconds,
+          static_cast<double>(total.rays) / total.wall_seconds, error,
+          error * total.wall_seconds / renders};
 }
 
 // All samples of all seeds are in one picture, so that variance x time is that of one.
-void measure_other(benchmark::State& state, const std::string& name,
-                   const OtherRenderer& renderer) {
-  const Truth& r = truth(name);
-  const ReferenceSettings settings{
-      .samples_per_pixel = samples_per_pixel, .seeds = seeds, .bounces = {}};
+Result measure_other(const std::string& scene, const OtherRenderer& renderer) {
+  const Truth& r = truth(scene);
   const std::atomic<bool> never{false};
-  for (auto _ : state) {
-    try {
-      const Reference reference =
-          render_reference(renderer, r.scene, PLUMB_SCENES "/" + name + "/scene.xml", settings,
-                           std::filesystem::temp_directory_path() / "render_bench.log",
-                           {[](const std::string&) {}, never});
-      state.SetIterationTime(reference.wall_seconds);
-      const auto pixels = static_cast<double>(r.mean.size()) / 3.0;
-      const double samples = pixels * reference.samples_per_pixel;
-      const double error = seeds * relative_mse(rgb(reference.image), r);
-      state.counters["Msamples/s"] = samples / 1e6 / reference.wall_seconds;
-      state.counters["relMSE"] = error;
-      state.counters["relMSE*s"] = error * reference.wall_seconds / seeds;
-    } catch (const std::runtime_error& problem) {
-      state.SetLabel(problem.what());  // what an error is called depends on the library's version
-    }
-  }
-}
-
-void add_row(const std::string& row, const std::string& scene, const Settings& settings) {
-  const auto run = [=](benchmark::State& state) { measure(state, scene, settings); };
-  benchmark::RegisterBenchmark(row.c_str(), run)->Iterations(renders)->UseManualTime();
-}
-
-void add_rows() {
-  const std::map<std::string, Method> methods{
-      {"bsdf", Method::bsdf}, {"nee", Method::nee}, {"mis", Method::mis}};
-  const std::map<std::string, Sampler> samplers{{"independent", Sampler::independent},
-                                                {"sobol", Sampler::sobol}};
-  for (const char* scene : {"cornell", "seed"}) {
-    for (const auto& [method_name, method] : methods) {
-      for (const auto& [sampler_name, sampler] : samplers) {
-        add_row(fmt::format("{}/{}/{}", scene, method_name, sampler_name), scene,
-                {.method = method, .sampler = sampler, .bounces = {}});
-      }
-    }
-  }
-  for (const char* scene : {"cornell", "seed"}) {
-    for (const OtherRenderer& renderer : other_renderers()) {
-      if (!renderer.has_samples) continue;
-      const auto run = [=, &renderer](benchmark::State& state) {
-        measure_other(state, scene, renderer);
-      };
-      benchmark::RegisterBenchmark(fmt::format("{}/{}", scene, renderer.name).c_str(), run)
-          ->Iterations(1)
-          ->UseManualTime();
-    }
-  }
-  add_row("cornell/mis/sobol/double", "cornell", {.precision = Precision::float64, .bounces = {}});
-  add_row("cornell/mis/sobol/1 thread", "cornell", {.bounces = {}, .threads = 1});
+  const Reference reference = render_reference(
+      renderer, r.scene, PLUMB_SCENES "/" + scene + "/scene.xml",
+      {.samples_per_pixel = samples_per_pixel, .seeds = seeds, .bounces = {}},
+      std::filesystem::temp_directory_path() / "render_bench.log", {[](const auto&) {}, never});
+  const double samples = static_cast<double>(r.mean.size()) / 3.0 * reference.samples_per_pixel;
+  const double error = seeds * relative_mse(rgb(reference.image), r);
+  return {samples / reference.wall_seconds, 0.0, error, error * reference.wall_seconds / seeds};
 }
 
 // A table that can stand in a document as it is.
-class TableReporter : public benchmark::BenchmarkReporter {
+class Table {
  public:
-  bool ReportContext(const Context&) override {
+  // Only the rows whose names hold `wanted`.
+  explicit Table(const std::string& wanted) : wanted_(wanted) {
     fmt::print("256x256, {} samples per pixel, {}\n\n", samples_per_pixel, trace_target());
     fmt::print("| scene/method/sampler | Msamples/s | Mrays/s | relMSE | relMSE x s |\n");
     fmt::print("|---|---|---|---|---|\n");
-    return true;
   }
 
-  void ReportRuns(const std::vector<Run>& runs) override {
-    for (const Run& run : runs) {
-      const std::string& row = run.run_name.function_name;
-      if (run.counters.empty()) {
-        fmt::print("| {} | {} |||||\n", row, run.report_label);
-        continue;
-      }
-      const auto value = [&](const char* name, const char* format) {
-        const auto counter = run.counters.find(name);
-        return counter == run.counters.end()
-                   ? ""
-                   : fmt::format(fmt::runtime(format), counter->second.value);
-      };
-      fmt::print("| {} | {} | {} | {} | {} |\n", row, value("Msamples/s", "{:.2f}"),
-                 value("Mrays/s", "{:.0f}"), value("relMSE", "{:.2e}"),
-                 value("relMSE*s", "{:.2e}"));
-      results_[row] = {run.counters.at("Msamples/s").value, run.counters.at("relMSE*s").value};
+  void add(const std::string& row, const std::function<Result()>& measure_row) {
+    if (row.find(wanted_) == std::string::npos) return;
+    try {
+      const Result result = measure_row();
+      const double rays = result.rays_per_second / 1e6;
+      fmt::print("| {} | {:.2f} | {} | {:.2e} | {:.2e} |\n", row, result.samples_per_second / 1e6,
+                 rays > 0.0 ? fmt::format("{:.0f}", rays) : "", result.error, result.variance_time);
+      results_[row] = result;
+    } catch (const std::runtime_error& problem) {
+      fmt::print("| {} | {} |||||\n", row, problem.what());
     }
     std::fflush(stdout);
   }
 
-  void Finalize() override {
+  void compare() const {
     fmt::print("\n");
     for (const auto& [row, result] : results_) {
       const auto ours = results_.find(row.substr(0, row.find('/')) + "/mis/sobol");
       if (ours == results_.end() || row == ours->first) continue;
       fmt::print("{}: {:.2f} times the samples/s of {}, {:.3g} times less variance x time\n",
-                 ours->first, ours->second.rate / result.rate, row,
+                 ours->first, ours->second.samples_per_second / result.samples_per_second, row,
                  result.variance_time / ours->second.variance_time);
     }
   }
 
  private:
-  struct Result {
-    double rate;
-    double variance_time;
-  };
+  std::string wanted_;
   std::map<std::string, Result> results_;
 };
+
+void add_rows(Table& table) {
+  const auto add = [&](const std::string& row, const std::string& scene, const Settings& settings) {
+    table.add(row, [&] { return measure(scene, settings); });
+  };
+  const std::map<std::string, Method> methods{
+      {"bsdf", Method::bsdf}, {"nee", Method::nee}, {"mis", Method::mis}};
+  const std::map<std::string, Sampler> samplers{{"independent", Sampler::independent},
+                                                {"sobol", Sampler::sobol}};
+  for (const std::string scene : {"cornell", "seed"}) {
+    for (const auto& [method_name, method] : methods) {
+      for (const auto& [sampler_name, sampler] : samplers) {
+        add(scene + "/" + method_name + "/" + sampler_name, scene,
+            {.method = method, .sampler = sampler, .bounces = {}});
+      }
+    }
+  }
+  for (const std::string scene : {"cornell", "seed"}) {
+    for (const OtherRenderer& renderer : other_renderers()) {
+      if (!renderer.has_samples) continue;
+      table.add(scene + "/" + renderer.name, [&] { return measure_other(scene, renderer); });
+    }
+  }
+  add("cornell/mis/sobol/double", "cornell", {.precision = Precision::float64, .bounces = {}});
+  add("cornell/mis/sobol/1 thread", "cornell", {.bounces = {}, .threads = 1});
+}
 
 }  // namespace
 }  // namespace plumb
 
+// Takes a part of the names of the rows that are wanted; else all are.
 int main(int argc, char** argv) {
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  plumb::add_rows();
-  plumb::TableReporter reporter;
-  benchmark::RunSpecifiedBenchmarks(&reporter);
-  return 0;
+  plumb::Table table(argc > 1 ? argv[1] : "");
+  plumb::add_rows(table);
+  table.compare();
 }
