@@ -53,11 +53,8 @@ bool separator(const std::string& line) {
          line.find("......") != std::string::npos;
 }
 
-// Longer ones are no messages, and too much for std::regex.
-constexpr size_t longest_line = 2000;
-
-}  // namespace
-
+// Of a text that may be long. A carriage return ends a line too: that is how programs show
+// progress.
 std::string last_line(const std::filesystem::path& file) {
   constexpr std::streamoff enough = 400;
   std::ifstream stream(file, std::ios::ate);
@@ -67,6 +64,11 @@ std::string last_line(const std::filesystem::path& file) {
   const size_t begin = text.find_last_of("\r\n", end == 0 ? 0 : end - 1) + 1;
   return text.substr(begin, end - begin);
 }
+
+// Longer ones are no messages, and too much for std::regex.
+constexpr size_t longest_line = 2000;
+
+}  // namespace
 
 std::string telling_line(const std::filesystem::path& log) {
   // The best first. POV-Ray says what is wrong in "Parse Error: ...", and after it only that it

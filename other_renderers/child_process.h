@@ -17,10 +17,6 @@ int run_program(const std::vector<std::string>& command, const std::filesystem::
                 const std::filesystem::path& log,
                 const std::function<void(const std::string&)>& show, const std::atomic<bool>& stop);
 
-// Of a text that may be long. A carriage return ends a line too: that is how programs show
-// progress.
-std::string last_line(const std::filesystem::path& file);
-
 // What in its log tells most of why a program failed: the last line that names an error, else the
 // last one with a word in it.
 std::string telling_line(const std::filesystem::path& log);

@@ -1,11 +1,11 @@
 // Cycles, the path tracer of Blender 3.4 and later, which reads a scene as a Python script.
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <ranges>
 #include <string>
 
 #include "other_renderers/export.h"
 #include "other_renderers/plumbline_cycles.py.h"
-#include "other_renderers/script_call.h"
 
 namespace plumb {
 namespace {
@@ -53,12 +53,8 @@ std::string shape_text(const Shape& shape) {
   }
   std::string text = fmt::format("        Mesh(\"{}\", {}, polygons=[\n", name, surface);
   for (const Polygon& polygon : std::get<Mesh>(shape.geometry)) {
-    const char* separator = "            [";
-    for (const Vec3& corner : polygon.corners) {
-      text += fmt::format("{}{}", separator, tuple(corner));
-      separator = ", ";
-    }
-    text += "],\n";
+    text += fmt::format("            [{}],\n",
+                        fmt::join(polygon.corners | std::views::transform(tuple), ", "));
   }
   return text + "        ]),\n";
 }

@@ -1,8 +1,9 @@
-// Writes scenes as other renderers read them, and what the texts of such scenes share.
+// Writes scenes as other renderers read them, and what the descriptions of these renderers share.
 #pragma once
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "other_renderers/other_renderer.h"
 
@@ -23,5 +24,9 @@ std::string comment(const std::string& mark, const std::string& note);
 // `id` with everything but ASCII letters, digits and underscores replaced by underscores: harmless
 // in any comment, string or name.
 std::string plain_identifier(const std::string& id);
+
+// The options that all Python scripts of this folder take: `command` with what the job says; `more`
+// are options of this script alone.
+std::vector<Run> script_call(Command command, const Job& job, const Command& more = {});
 
 }  // namespace plumb

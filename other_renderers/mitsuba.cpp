@@ -4,9 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "other_renderers/other_renderer.h"
+#include "other_renderers/export.h"
 #include "other_renderers/plumbline_mitsuba.py.h"
-#include "other_renderers/script_call.h"
 
 namespace plumb {
 namespace {

@@ -1,10 +1,11 @@
 // POV-Ray 3.7, whose radiosity knows qualities but no samples.
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <ranges>
 #include <regex>
 #include <string>
 #include <variant>
@@ -20,9 +21,7 @@ std::string vector(const Vec3& v) { return fmt::format("<{}, {}, {}>", v.x, v.y,
 
 // "first, second, ...".
 std::string corner_list(const std::vector<Vec3>& corners) {
-  std::string list;
-  for (const Vec3& corner : corners) list += (list.empty() ? "" : ", ") + vector(corner);
-  return list;
+  return fmt::format("{}", fmt::join(corners | std::views::transform(vector), ", "));
 }
 
 std::string sphere(const Sphere& sphere) {
@@ -72,16 +71,12 @@ struct LampPart {
 
   explicit LampPart(const Sphere& sphere) : bounds(sphere) {}
   explicit LampPart(const Polygon& polygon)
-      : corners(polygon.corners), normal(polygon.normal()), bounds{middle(corners), 0.0} {
+      : corners(polygon.corners), normal(polygon.normal()), bounds{Vec3(0.0), 0.0} {
+    for (const Vec3& corner : corners) bounds.center += corner;
+    bounds.center /= static_cast<double>(corners.size());
     for (const Vec3& corner : corners) {
       bounds.radius = std::max(bounds.radius, (corner - bounds.center).length());
     }
-  }
-
-  static Vec3 middle(const std::vector<Vec3>& corners) {
-    Vec3 sum(0.0);
-    for (const Vec3& corner : corners) sum += corner;
-    return sum / static_cast<double>(corners.size());
   }
 
   bool shines_on(const Vec3& point, const Vec3& facing) const {
@@ -153,25 +148,15 @@ struct LampPart {
 constexpr double usual_grid = 8.0;
 constexpr double largest_factor = 4.0;
 
-// Factors on the number of lights along a side, of a lamp that is the fraction `share` of all that
-// its shape emits from.
-class LampDetail {
- public:
-  LampDetail(const std::vector<Shape>& shapes, const LampPart& part, double share, double longest)
-      : share_(std::min(1.0, 4.0 * std::sqrt(share))),
-        distance_(part.distance_to(shapes, longest / usual_grid)) {}
-
-  // Rounded up, so that exported numbers don't hang on the last bit.
-  double factor(double side) const {
-    const double wanted = side / (usual_grid * std::max(distance_, 1e-300));
-    const double factor = std::clamp(wanted, share_, largest_factor * share_);
-    return std::ceil(factor * 16.0 - 1e-6) / 16.0;
-  }
-
- private:
-  double share_;
-  double distance_;
-};
+// The factor on the number of lights along a side of a lamp that is the fraction `share` of all
+// that its shape emits from, and at a distance from what it shines on. Rounded up, so that exported
+// numbers don't hang on the last bit.
+double light_factor(double side, double distance, double share) {
+  const double least = std::min(1.0, 4.0 * std::sqrt(share));
+  const double wanted = side / (usual_grid * std::max(distance, 1e-300));
+  const double factor = std::clamp(wanted, least, largest_factor * least);
+  return std::ceil(factor * 16.0 - 1e-6) / 16.0;
+}
 
 double area(const Polygon& polygon) {
   Vec3 sum(0.0);
@@ -187,8 +172,9 @@ std::string lamp(const Scene& scene, const Shape& shape) {
   if (const auto* ball = std::get_if<Sphere>(&shape.geometry)) {
     // 4 N^2 lights on the sphere are as dense as N^2 on a square of this side.
     const double side = std::sqrt(std::numbers::pi) * ball->radius;
-    const LampDetail detail(scene.shapes, LampPart(*ball), 1.0, side);
-    return fmt::format("Sphere_lamp({}, {}, {})\n", sphere(*ball), radiance, detail.factor(side));
+    const double distance = LampPart(*ball).distance_to(scene.shapes, side / usual_grid);
+    return fmt::format("Sphere_lamp({}, {}, {})\n", sphere(*ball), radiance,
+                       light_factor(side, distance, 1.0));
   }
   const Mesh& polygons = std::get<Mesh>(shape.geometry);
   double whole = 0.0;
@@ -200,17 +186,18 @@ std::string lamp(const Scene& scene, const Shape& shape) {
     const double y = (corner.back() - corner[0]).length();
     const double diagonal = (corner[2] - corner[1]).length();
     const double longest = std::max({x, y, diagonal});
-    const LampDetail detail(scene.shapes, LampPart(polygon), area(polygon) / whole, longest);
+    const double distance = LampPart(polygon).distance_to(scene.shapes, longest / usual_grid);
+    const double share = area(polygon) / whole;
     if (polygon.is_rectangle()) {
       text += fmt::format("Rectangle_lamp({}, {}, {}, {})\n",
                           corner_list({corner[0], corner[1], corner[3]}), radiance,
-                          detail.factor(x), detail.factor(y));
+                          light_factor(x, distance, share), light_factor(y, distance, share));
       continue;
     }
     for (size_t i = 1; i + 1 < corner.size(); ++i) {
       text += fmt::format("Triangle_lamp({}, {}, {})\n",
                           corner_list({corner[0], corner[i], corner[i + 1]}), radiance,
-                          detail.factor(longest));
+                          light_factor(longest, distance, share));
     }
   }
   return text;
