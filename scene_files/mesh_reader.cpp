@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cctype>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -105,10 +106,7 @@ class MeshBuilder {
 
 // A vertex may have a weight of 1 or a colour after its coordinates.
 Vec3 read_vector(std::istream& statement) {
-  std::vector<double> numbers;
-  for (double number = 0.0; statement >> std::ws && !statement.eof() && statement >> number;) {
-    numbers.push_back(number);
-  }
+  const std::vector<double> numbers(std::istream_iterator<double>(statement), {});
   const bool has_weight = numbers.size() == 4 && numbers[3] == 1.0;
   const bool is_whole =
       statement.eof() && (numbers.size() == 3 || numbers.size() == 6 || has_weight);
@@ -189,42 +187,42 @@ MeshFile read_ply(const std::string& file, const std::string& text, const Imath:
   const aiScene* scene = importer.ReadFileFromMemory(text.data(), text.size(), 0, "ply");
   if (scene == nullptr) throw SceneError(file + ": " + importer.GetErrorString());
   MeshBuilder builder(to_world);
-  size_t vertices = 0, faces = 0;
+  size_t faces = 0;
   const auto to_vector = [](const aiVector3D& v) { return Vec3(v.x, v.y, v.z); };
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     const aiMesh& mesh = *scene->mMeshes[m];
     const size_t first = builder.vertex_count();
-    vertices += mesh.mNumVertices;
     faces += mesh.mNumFaces;
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
       builder.add_vertex(to_vector(mesh.mVertices[i]));
       builder.add_normal(mesh.HasNormals() ? to_vector(mesh.mNormals[i]) : Vec3(0.0));
     }
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
-      std::vector<Corner> corners;
-      if (mesh.mFaces[i].mNumIndices < 3) {
+      const aiFace& face = mesh.mFaces[i];
+      if (face.mNumIndices < 3) {
         throw SceneError(fmt::format("{}: face {} has less than three corners", file, i));
       }
-      for (unsigned k = 0; k < mesh.mFaces[i].mNumIndices; ++k) {
-        if (mesh.mFaces[i].mIndices[k] >= mesh.mNumVertices) {
+      std::vector<Corner> corners;
+      for (unsigned k = 0; k < face.mNumIndices; ++k) {
+        const unsigned index = face.mIndices[k];
+        if (index >= mesh.mNumVertices) {
           throw SceneError(fmt::format("{}: face {}: {} is not one of {} vertices", file, i,
-                                       static_cast<int>(mesh.mFaces[i].mIndices[k]),
-                                       mesh.mNumVertices));
+                                       static_cast<int>(index), mesh.mNumVertices));
         }
-        const size_t index = first + mesh.mFaces[i].mIndices[k];
-        corners.push_back({index, mesh.HasNormals() ? std::optional(index) : std::nullopt});
+        corners.push_back({first + index});
+        if (mesh.HasNormals()) corners.back().normal = first + index;
       }
       builder.add_face(corners);
     }
   }
   // Assimp takes the last line of an ASCII file again where lines are missing.
   const size_t wanted = announced(text, "vertex") + announced(text, "face");
-  const bool is_text = text.find("format ascii") < text.find("end_header");
-  const auto body =
-      text.begin() + static_cast<std::ptrdiff_t>(std::min(text.find("end_header"), text.size()));
-  const auto line_ends = static_cast<size_t>(std::count(body, text.end(), '\n'));
+  const size_t header_end = std::min(text.find("end_header"), text.size());
+  const bool is_text = text.find("format ascii") < header_end;
+  const auto line_ends = static_cast<size_t>(
+      std::count(text.begin() + static_cast<std::ptrdiff_t>(header_end), text.end(), '\n'));
   const bool is_short = line_ends + (text.ends_with('\n') ? 0 : 1) < wanted + 1;
-  if (vertices + faces != wanted || (is_text && is_short)) {
+  if (builder.vertex_count() + faces != wanted || (is_text && is_short)) {
     throw SceneError(file + ": holds less than its header says");
   }
   return std::move(builder.mesh());

@@ -90,6 +90,34 @@ void upgrade(xml_node node) {
   if (name.value() == std::string_view("diffuse_reflectance")) name.set_value("reflectance");
 }
 
+// Says of every element in `text` where it stands in the file, and puts texts into elements.
+void mark_places(const std::string& file, const std::string& text, const xml_node& root) {
+  const xml_node first =
+      root.find_child([](const xml_node& n) { return !!n.attribute("version"); });
+  const std::string version = first.attribute("version").value();
+  const bool is_old = version.starts_with("0.") || version.starts_with("1.");
+  int line = 1;
+  std::ptrdiff_t offset = 0;
+  for (xml_node node = root.first_child(); node;) {
+    const auto start = node.offset_debug();
+    line += static_cast<int>(std::count(text.begin() + offset, text.begin() + start, '\n'));
+    offset = start;
+    const xml_node following = next_node(node);
+    xml_node element = node;
+    if (node.type() != pugi::node_element) {
+      element = node.parent().insert_child_before(text_tag, node);
+      element.append_attribute("value") = node.value();
+      node.parent().remove_child(node);
+    }
+    element.append_attribute(place) = fmt::format("{}:{}", file, line).c_str();
+    if (is_old) upgrade(element);
+    if (tag(element) == text_tag && is_invisible(element.attribute("value").value())) {
+      element.parent().remove_child(element);
+    }
+    node = following;
+  }
+}
+
 }  // namespace
 
 xml_node next_node(xml_node node) {
@@ -181,33 +209,6 @@ void SceneFile::parse(const fs::path& file, pugi::xml_document& document) {
   mark_places(file.string(), text, document);
 }
 
-void SceneFile::mark_places(const std::string& file, const std::string& text, xml_node root) const {
-  const xml_node first =
-      root.find_child([](const xml_node& n) { return !!n.attribute("version"); });
-  const std::string version = first.attribute("version").value();
-  const bool is_old = version.starts_with("0.") || version.starts_with("1.");
-  int line = 1;
-  std::ptrdiff_t offset = 0;
-  for (xml_node node = root.first_child(); node;) {
-    const auto start = node.offset_debug();
-    line += static_cast<int>(std::count(text.begin() + offset, text.begin() + start, '\n'));
-    offset = start;
-    const xml_node following = next_node(node);
-    xml_node element = node;
-    if (node.type() != pugi::node_element) {
-      element = node.parent().insert_child_before(text_tag, node);
-      element.append_attribute("value") = node.value();
-      node.parent().remove_child(node);
-    }
-    element.append_attribute(place) = fmt::format("{}:{}", file, line).c_str();
-    if (is_old) upgrade(element);
-    if (tag(element) == text_tag && is_invisible(element.attribute("value").value())) {
-      element.parent().remove_child(element);
-    }
-    node = following;
-  }
-}
-
 // Parameters count from where they are given on, in included files, too.
 void SceneFile::follow() {
   for (xml_node node = document_.first_child(); node;) {
@@ -253,13 +254,12 @@ xml_node SceneFile::include(xml_node node) {
   pugi::xml_document included;
   parse(file, included);
   const xml_node scene = included.child("scene");
+  xml_node following;
   for (const xml_node& child : (scene ? scene : included).children()) {
-    node.parent().insert_copy_before(child, node);
+    const xml_node copy = node.parent().insert_copy_before(child, node);
+    if (!following) following = copy;
   }
-  xml_node following = node;
-  const auto count = std::ranges::distance((scene ? scene : included).children());
-  for (auto i = count; i > 0; --i) following = following.previous_sibling();
-  if (count == 0) following = next_node(node);
+  if (!following) following = next_node(node);
   node.parent().remove_child(node);
   return following;
 }

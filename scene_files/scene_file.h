@@ -66,7 +66,6 @@ class SceneFile {
  private:
   std::string place_of(const pugi::xml_node& node) const;  // "box.xml:12"
   void parse(const std::filesystem::path& file, pugi::xml_document& document);
-  void mark_places(const std::string& file, const std::string& text, pugi::xml_node root) const;
   void follow();
   void replace_parameters(const pugi::xml_node& node);
   pugi::xml_node include(pugi::xml_node node);

@@ -144,16 +144,11 @@ const std::string* find_rule(SceneFile& file, const pugi::xml_node& node) {
   static const std::string parameter = "@name!, @value!";
   const std::string tag = node.name();
   const bool has_type = node.attribute("type");
-  if (const auto rule = grammar.find(tag); rule != grammar.end() && !has_type) {
-    return &rule->second;
-  }
-  const std::string type = node.attribute("type").value();
-  if (const auto rule = grammar.find(tag + " " + type); rule != grammar.end()) {
-    return &rule->second;
-  }
+  const std::string key = has_type ? tag + " " + node.attribute("type").value() : tag;
+  if (const auto rule = grammar.find(key); rule != grammar.end()) return &rule->second;
   std::vector<std::string> types;
-  for (const auto& [key, rule] : grammar) {
-    if (key.starts_with(tag + " ")) types.push_back(key.substr(tag.size() + 1));
+  for (const auto& [known, rule] : grammar) {
+    if (known.starts_with(tag + " ")) types.push_back(known.substr(tag.size() + 1));
   }
   if (!types.empty()) {
     const std::string what = has_type ? "unknown type" : "the attribute type is missing";

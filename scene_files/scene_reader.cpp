@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -115,12 +115,8 @@ class Reader {
   std::vector<double> parse_numbers(std::string text) const {
     std::ranges::replace(text, ',', ' ');
     std::istringstream stream(text + " ");
-    std::vector<double> numbers;
-    for (double number = 0.0; stream >> number >> std::ws;) {
-      numbers.push_back(number);
-      if (stream.eof()) break;
-    }
-    return stream ? numbers : std::vector<double>{};
+    const std::vector<double> numbers(std::istream_iterator<double>(stream), {});
+    return stream.eof() ? numbers : std::vector<double>{};
   }
 
   // In a `value`, one stands for three equal ones.
@@ -365,45 +361,45 @@ class Reader {
 
   Mesh read_mesh(const xml_node& shape, const M44d& to_world) {
     const xml_node filename = parameter(shape, "filename");
-    const auto path = file_.find(shape, filename.attribute("value").value());
+    const std::string path = file_.find(shape, filename.attribute("value").value()).string();
     const std::string text = file_.read_bytes(path);
     if (text.empty()) {
-      file_.refuse(filename, path.string() + " cannot be read or is empty");
+      file_.refuse(filename, path + " cannot be read or is empty");
       return {};
     }
     MeshFile mesh;
     try {
-      mesh = (type_of(shape) == "obj" ? read_obj : read_ply)(path.string(), text, to_world);
+      mesh = (type_of(shape) == "obj" ? read_obj : read_ply)(path, text, to_world);
     } catch (const SceneError& error) {
       file_.refuse(error.what());
       return {};
     }
     constexpr size_t most_faces = 100'000;  // those in one plane are sought pair by pair
-    if (mesh.faces.empty()) file_.refuse(path.string() + ": there are no faces");
+    if (mesh.faces.empty()) file_.refuse(path + ": there are no faces");
     if (mesh.faces.size() > most_faces) {
-      file_.refuse(fmt::format("{}: has {} faces; supported: up to {}", path.string(),
-                               mesh.faces.size(), most_faces));
+      file_.refuse(fmt::format("{}: has {} faces; supported: up to {}", path, mesh.faces.size(),
+                               most_faces));
     }
     if (mesh.folded > 0) {
       file_.note(
           fmt::format("{}: {} faces are concave or cross themselves; the triangles 1-2-3, "
                       "1-3-4, ... of them overlap, and which of these is seen is undefined",
-                      path.string(), mesh.folded));
+                      path, mesh.folded));
     }
     if (mesh.without_area > 0) {
-      file_.note(fmt::format("{}: {} faces have no area and are left out", path.string(),
-                             mesh.without_area));
+      file_.note(
+          fmt::format("{}: {} faces have no area and are left out", path, mesh.without_area));
     }
     if (read_flag(shape, "face_normals")) return mesh.faces;
     constexpr const char* flat = "<boolean name=\"face_normals\" value=\"true\"/>";
     if (mesh.has_normals && !mesh.normals_are_flat) {
       file_.refuse(shape, fmt::format("{} has normals for smooth shading, which is not supported; "
                                       "add {} to draw it flat",
-                                      path.string(), flat));
+                                      path, flat));
     } else if (mesh.has_normals && mesh.lacks_normals) {
       file_.note(shape, fmt::format("drawn flat; {} has normals at some corners alone, without {} "
                                     "Mitsuba shades by what it has at the others",
-                                    path.string(), flat));
+                                    path, flat));
     } else if (!mesh.has_normals && mesh.shares_corners) {
       file_.note(shape, fmt::format("drawn flat; without {} Mitsuba makes up vertex normals and "
                                     "shades smoothly",
