@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "images/relative_error.h"
+#include "images/rgb.h"
 #include "other_renderers/runner.h"
 #include "renderer/film.h"
 #include "renderer/render.h"
@@ -72,14 +73,6 @@ double relative_mse(const std::vector<float>& mean, const Truth& r) {
   return sum / count;
 }
 
-std::vector<float> rgb(const Image& image) {
-  std::vector<float> values;
-  for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
-    values.insert(values.end(), &image.values[i], &image.values[i] + 3);
-  }
-  return values;
-}
-
 struct Result {
   double samples_per_second = 0.0;
   double rays_per_second = 0.0;  // 0: not known
@@ -113,7 +106,7 @@ Result measure_other(const std::string& scene, const OtherRenderer& renderer) {
       {.samples_per_pixel = samples_per_pixel, .seeds = seeds, .bounces = {}},
       std::filesystem::temp_directory_path() / "render_bench.log", {[](const auto&) {}, never});
   const double samples = static_cast<double>(r.mean.size()) / 3.0 * reference.samples_per_pixel;
-  const double error = seeds * relative_mse(rgb(reference.image), r);
+  const double error = seeds * relative_mse(rgb_of(reference.image), r);
   return {samples / reference.wall_seconds, 0.0, error, error * reference.wall_seconds / seeds};
 }
 

@@ -4,13 +4,13 @@
 #include <fmt/ranges.h>
 #include <tbb/info.h>
 
-#include <algorithm>
 #include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "cli/names.h"
+#include "images/rgb.h"
 #include "renderer/trace.h"
 
 namespace plumb {
@@ -75,14 +75,9 @@ void add_part(Film& film, const Image& part, const SampleRange& samples) {
   const Film::Counts counts = samples_per_replicate(samples);
   for (int r = 0; r < Film::replicates; ++r) {
     if (counts[size_t(r)] == 0) continue;
-    const auto red = std::ranges::find(part.channels, replicate_prefix(r) + "R");
-    if (part.channels.end() - red < 3) {
+    const std::vector<float> mean = rgb_of(part, replicate_prefix(r));
+    if (mean.empty()) {
       throw ImageError("lacks replicates: only what --samples has rendered can be merged");
-    }
-    std::vector<float> mean;
-    for (size_t i = size_t(red - part.channels.begin()); i < part.values.size();
-         i += part.channels.size()) {
-      mean.insert(mean.end(), &part.values[i], &part.values[i] + 3);
     }
     film.add_mean(r, counts[size_t(r)], mean);
   }

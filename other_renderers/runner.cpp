@@ -5,9 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -23,6 +21,7 @@
 
 #include "images/output_file.h"
 #include "images/replicates.h"
+#include "images/rgb.h"
 #include "other_renderers/child_process.h"
 #include "other_renderers/export.h"
 
@@ -85,29 +84,20 @@ std::vector<Run> list_runs(const OtherRenderer& renderer, Job job) {
 }
 
 // Values of R G B, pixel by pixel.
-std::vector<double> read_picture(const fs::path& file, const Camera& camera) {
+std::vector<float> read_picture(const fs::path& file, const Camera& camera) {
   const Image image = read_image(file);
   if (image.width != camera.width || image.height != camera.height) {
     throw std::runtime_error("the program's picture has another size than the scene's");
   }
-  const auto red = std::ranges::find(image.channels, "R");
-  if (image.channels.end() - red < 3) throw std::runtime_error("the program's picture lacks R G B");
-  std::vector<double> values;
-  for (size_t i = size_t(red - image.channels.begin()); i < image.values.size();
-       i += image.channels.size()) {
-    values.insert(values.end(), &image.values[i], &image.values[i] + 3);
-  }
+  std::vector<float> values = rgb_of(image);
+  if (values.empty()) throw std::runtime_error("the program's picture lacks R G B");
   return values;
-}
-
-std::string read_text(const fs::path& file) {
-  std::ifstream stream(file);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 // What the program says of itself, in its log after "plumbline:" and as JSON.
 Json read_report(const OtherRenderer& renderer, const fs::path& log) {
-  const std::string text = read_text(log);
+  std::ifstream stream(log);
+  const std::string text(std::istreambuf_iterator<char>(stream), {});
   constexpr std::string_view mark = "plumbline:";
   const size_t begin = text.rfind(mark);
   if (begin == std::string::npos) throw std::runtime_error("the program left no report");
@@ -124,113 +114,100 @@ Json read_report(const OtherRenderer& renderer, const fs::path& log) {
   return report;
 }
 
-// The mean of pictures, values of R G B, and from two on the variance of that mean.
-Image mean_of(const std::vector<std::vector<double>>& pictures, int width, int height) {
-  Image image{width, height, {"R", "G", "B"}, {}, {}};
-  if (pictures.size() > 1) {
+// The mean of pictures, and from two on the variance of that mean. `values` are those of R G B.
+Image mean_of(const std::vector<Replicates<double>>& values, const Camera& camera) {
+  Image image{camera.width, camera.height, {"R", "G", "B"}, {}, {}};
+  const bool knows_variance = values[0].count > 1;
+  if (knows_variance) {
     image.channels.insert(image.channels.end(), {"variance.R", "variance.G", "variance.B"});
   }
-  for (size_t i = 0; i < pictures[0].size(); i += 3) {
-    std::array<double, 6> values{};  // as the channels
-    for (size_t c = 0; c < 3; ++c) {
-      Replicates<double> replicates;
-      for (const auto& picture : pictures) replicates.add(picture[i + c]);
-      values[c] = replicates.mean;
-      values[3 + c] = replicates.variance();
+  for (size_t i = 0; i < values.size(); i += 3) {
+    for (size_t c = i; c < i + 3; ++c) image.values.push_back(float(values[c].mean));
+    for (size_t c = i; c < i + 3 && knows_variance; ++c) {
+      image.values.push_back(float(values[c].variance()));
     }
-    image.values.insert(image.values.end(), values.begin(),
-                        values.begin() + std::ptrdiff_t(image.channels.size()));
   }
   return image;
 }
 
 // Draws the scene seed by seed.
-class Session {
- public:
-  Session(const OtherRenderer& renderer, const Scene& scene, const fs::path& scene_file,
-          const ReferenceSettings& settings, const fs::path& log, const Watcher& watcher)
-      : renderer_(renderer),
-        scene_(scene),
-        settings_(settings),
-        file_(prepare(renderer, scene, scene_file, folder_.path)),
-        log_(log),
-        watcher_(watcher) {}
+struct Session {
+  const OtherRenderer& renderer;
+  const Scene& scene;
+  const ReferenceSettings settings;
+  const fs::path log;
+  const Watcher& watcher;
+  const Folder folder = {};
+  fs::path file = {};  // that the renderer reads
+  std::vector<Replicates<double>> values{size_t(scene.camera.width) * size_t(scene.camera.height) *
+                                         3};
+  Json runs = Json::array();
+  Reference reference = {};
 
-  Reference draw() {
-    for (int i = 0; i < settings_.seeds && !watcher_.stop; ++i) {
-      draw_seed(settings_.first_seed + i);
+  Reference draw(const fs::path& scene_file) {
+    file = prepare(renderer, scene, scene_file, folder.path);
+    for (int i = 0; i < settings.seeds && !watcher.stop; ++i) {
+      draw_seed(settings.first_seed + i);
     }
-    fs::remove(log_);
-    if (pictures_.empty()) return {};
-    reference_.image = mean_of(pictures_, scene_.camera.width, scene_.camera.height);
-    reference_.seeds = static_cast<int>(pictures_.size());
-    reference_.samples_per_pixel = reference_.seeds * settings_.samples_per_pixel;
-    reference_.runs = runs_.dump();
-    return reference_;
+    fs::remove(log);
+    if (reference.seeds == 0) return {};
+    reference.image = mean_of(values, scene.camera);
+    reference.samples_per_pixel = reference.seeds * settings.samples_per_pixel;
+    reference.runs = runs.dump();
+    return reference;
   }
 
- private:
   void draw_seed(int seed) {
-    const Camera& camera = scene_.camera;
-    std::vector<double> picture(size_t(camera.width) * size_t(camera.height) * 3);
-    const std::vector<Run> runs = list_runs(renderer_, {scene_, file_, settings_, {}, seed});
-    for (size_t i = 0; i < runs.size() && !watcher_.stop; ++i) {
-      add(runs[i],
-          fmt::format("run {} of {}", pictures_.size() * runs.size() + i + 1,
-                      runs.size() * size_t(settings_.seeds)),
+    std::vector<double> picture(values.size());
+    const std::vector<Run> wanted = list_runs(renderer, {scene, file, settings, {}, seed});
+    for (size_t i = 0; i < wanted.size() && !watcher.stop; ++i) {
+      add(wanted[i],
+          fmt::format("run {} of {}", size_t(reference.seeds) * wanted.size() + i + 1,
+                      wanted.size() * size_t(settings.seeds)),
           picture);
     }
-    if (!watcher_.stop) pictures_.push_back(std::move(picture));
+    if (watcher.stop) return;
+    for (size_t i = 0; i < picture.size(); ++i) values[i].add(picture[i]);
+    ++reference.seeds;
   }
 
   // Draws one picture and adds it, times the run's weight, to `picture`.
   void add(const Run& run, const std::string& which, std::vector<double>& picture) {
     const auto begin = std::chrono::steady_clock::now();
     const int status = start(run.command, which);
-    if (watcher_.stop) return;
+    if (watcher.stop) return;
     if (status != 0) {
       throw std::runtime_error(fmt::format("{}: {} ({}; all that it said is in {})", run.command[0],
-                                           telling_line(log_), name_of_end(status), log_.string()));
+                                           telling_line(log), name_of_end(status), log.string()));
     }
     const std::chrono::duration<double> process = std::chrono::steady_clock::now() - begin;
-    Json report = read_report(renderer_, log_);
-    reference_.program = report.value("program", "");
-    reference_.version = report.value("version", "");
-    reference_.wall_seconds += report["seconds"].get<double>();
-    reference_.process_seconds += process.count();
+    Json report = read_report(renderer, log);
+    reference.program = report.value("program", "");
+    reference.version = report.value("version", "");
+    reference.wall_seconds += report["seconds"].get<double>();
+    reference.process_seconds += process.count();
     report["weight"] = run.weight;
     const std::string command = fmt::format("{}", fmt::join(run.command, " "));
-    report["command"] = std::regex_replace(command, std::regex((folder_.path / "").string()), "");
-    runs_.push_back(report);
-    const fs::path file = folder_.path / picture_name;
-    const std::vector<double> values = read_picture(file, scene_.camera);
-    for (size_t i = 0; i < values.size(); ++i) picture[i] += run.weight * values[i];
-    fs::remove(file);
+    report["command"] = std::regex_replace(command, std::regex((folder.path / "").string()), "");
+    runs.push_back(report);
+    const fs::path drawn = folder.path / picture_name;
+    const std::vector<float> light = read_picture(drawn, scene.camera);
+    for (size_t i = 0; i < light.size(); ++i) picture[i] += run.weight * double{light[i]};
+    fs::remove(drawn);
   }
 
   int start(const Command& command, const std::string& which) {
     const auto show = [&](const std::string& line) {
-      watcher_.show(fmt::format("{}, {}: {}", command[0], which, line));
+      watcher.show(fmt::format("{}, {}: {}", command[0], which, line));
     };
     try {
-      return run_program(command, folder_.path, log_, show, watcher_.stop);
+      return run_program(command, folder.path, log, show, watcher.stop);
     } catch (const std::system_error& error) {
       if (error.code() != std::errc::no_such_file_or_directory) throw;
-      fs::remove(log_);
-      throw std::runtime_error(renderer_.how_to_install);
+      fs::remove(log);
+      throw std::runtime_error(renderer.how_to_install);
     }
   }
-
-  const OtherRenderer& renderer_;
-  const Scene& scene_;
-  ReferenceSettings settings_;
-  Folder folder_;
-  fs::path file_;  // that the renderer reads
-  fs::path log_;
-  const Watcher& watcher_;
-  std::vector<std::vector<double>> pictures_;
-  Json runs_ = Json::array();
-  Reference reference_;
 };
 
 void check(const OtherRenderer& renderer, const Scene& scene, const ReferenceSettings& settings) {
@@ -269,7 +246,7 @@ Reference render_reference(const OtherRenderer& renderer, const Scene& scene,
                            const fs::path& scene_file, const ReferenceSettings& settings,
                            const fs::path& log, const Watcher& watcher) {
   check(renderer, scene, settings);
-  return Session(renderer, scene, scene_file, complete(renderer, settings), log, watcher).draw();
+  return Session{renderer, scene, complete(renderer, settings), log, watcher}.draw(scene_file);
 }
 
 bool is_installed(const OtherRenderer& renderer) {
