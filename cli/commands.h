@@ -10,15 +10,16 @@ namespace plumb::cli {
 
 // Each adds itself to the command line; parsing it does its work and throws what goes wrong. An
 // interrupt sets the exit code to 128 + signal.
-void add_render(CLI::App& app, int& exit_code);
-void add_merge(CLI::App& app);
-void add_compare(CLI::App& app, int& exit_code);
-void add_converge(CLI::App& app, int& exit_code);
-void add_chart(CLI::App& app, int& exit_code);
-void add_power(CLI::App& app, int& exit_code);
-void add_export(CLI::App& app);
-void add_reference(CLI::App& app, int& exit_code);
-void add_stress(CLI::App& app, int& exit_code);
+using AddCommand = void(CLI::App& app, int& exit_code);
+AddCommand add_render, add_merge, add_compare, add_converge, add_chart, add_power, add_export,
+    add_reference, add_stress;
+
+// Adds "--name VALUE" for what CLI11 can read itself: texts, and lists of them.
+template <typename Target>
+CLI::Option* add_option(CLI::App& command, const std::string& name, const std::string& value,
+                        Target& target, const std::string& help) {
+  return command.add_option(name, target, help)->type_name(value);
+}
 
 // Adds "--name VALUE"; `parse` turns the text into a value or throws std::invalid_argument.
 template <typename Target, typename Parse>

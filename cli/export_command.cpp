@@ -42,7 +42,7 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_export(CLI::App& app) {
+void add_export(CLI::App& app, int&) {
   auto options = std::make_shared<Options>();
   const std::string readers =
       list_renderers([](const OtherRenderer& r) { return r.format ? r.software : ""; });
@@ -51,9 +51,9 @@ void add_export(CLI::App& app) {
   add_scene_option(command, options->scene);
   add_option(command, "--to", "PROGRAM", options->renderer, find, list_renderers(word_and_file))
       ->required();
-  command.add_option("-o,--output", options->output, "The file; what it includes is put beside it")
-      ->required()
-      ->type_name("FILE");
+  add_option(command, "-o,--output", "FILE", options->output,
+             "The file; what it includes is put beside it")
+      ->required();
   command.footer(R"(Examples:
   plumb export scene.xml --to povray -o box.pov
   povray box.pov +W512 +H512

@@ -9,6 +9,8 @@
 
 namespace {
 
+namespace cli = plumb::cli;
+
 constexpr int trouble = 2;
 
 int run(int argc, char** argv) {
@@ -20,15 +22,11 @@ int run(int argc, char** argv) {
 
 'plumb COMMAND --help' tells more.)");
   int exit_code = 0;
-  plumb::cli::add_render(app, exit_code);
-  plumb::cli::add_merge(app);
-  plumb::cli::add_compare(app, exit_code);
-  plumb::cli::add_converge(app, exit_code);
-  plumb::cli::add_chart(app, exit_code);
-  plumb::cli::add_power(app, exit_code);
-  plumb::cli::add_export(app);
-  plumb::cli::add_reference(app, exit_code);
-  plumb::cli::add_stress(app, exit_code);
+  for (cli::AddCommand* add :
+       {cli::add_render, cli::add_merge, cli::add_compare, cli::add_converge, cli::add_chart,
+        cli::add_power, cli::add_export, cli::add_reference, cli::add_stress}) {
+    add(app, exit_code);
+  }
   app.require_subcommand(0, 1);  // what is missing is told below: CLI11 hides misspelt names
   try {
     app.parse(argc, argv);

@@ -65,16 +65,15 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_merge(CLI::App& app) {
+void add_merge(CLI::App& app, int&) {
   auto options = std::make_shared<Options>();
   CLI::App& command =
       *app.add_subcommand("merge", "Put together what 'render --samples' has drawn");
-  command.add_option("PART", options->parts, "The parts' .exr files, in any order")
-      ->required()
-      ->type_name("");
-  command.add_option("-o,--output", options->output, "Where to write the whole: .exr or .png")
-      ->required()
-      ->type_name("FILE");
+  add_option(command, "PART", "", options->parts, "The parts' .exr files, in any order")
+      ->required();
+  add_option(command, "-o,--output", "FILE", options->output,
+             "Where to write the whole: .exr or .png")
+      ->required();
   command.footer(R"(Example:
   plumb render scene.xml --samples 0:64 -o a.exr
   plumb render scene.xml --samples 64:128 -o b.exr

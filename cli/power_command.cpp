@@ -14,7 +14,7 @@
 #include "cli/interrupt.h"
 #include "cli/names.h"
 #include "cli/progress_line.h"
-#include "cli/scene_folder.h"
+#include "cli/scene_options.h"
 #include "compare/baseline_tests.h"
 #include "compare/comparison.h"
 #include "renderer/render.h"
@@ -193,15 +193,11 @@ int run(const Options& options) {
 void add_power(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App& command = *app.add_subcommand("power", "Tell how soon 'compare' finds planted faults");
-  command.add_option("SCENE", options->scenes, "Scene files (default: cornell and seed)")
-      ->type_name("");
-  command.add_option("--fault", options->faults, "Only these, as for 'plumb render'")
-      ->type_name("NAME");
-  command
-      .add_option("--reference", options->reference,
-                  "Healthy picture with its noise, in or from the scene's\n"
-                  "folder (default: plumbline.exr)")
-      ->type_name("FILE");
+  add_option(command, "SCENE", "", options->scenes, "Scene files (default: cornell and seed)");
+  add_option(command, "--fault", "NAME", options->faults, "Only these, as for 'plumb render'");
+  add_option(command, "--reference", "FILE", options->reference,
+             "Healthy picture with its noise, in or from the scene's\n"
+             "folder (default: plumbline.exr)");
   add_option(command, "--time", "SECONDS", options->seconds, number(1e-3, 1e9),
              "Time of rendering for each fault, after the first 16\n"
              "samples (default: 60)");

@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -64,7 +63,7 @@ void add_options(CLI::App& command, Options& options) {
   const auto find = [](const std::string& word) { return &other_renderer(word); };
   add_option(command, "--with", "PROGRAM", options.renderer, find, list_renderers(word_and_owner))
       ->required();
-  command.add_option("-o,--output", options.output, "Linear .exr")->required()->type_name("FILE");
+  add_option(command, "-o,--output", "FILE", options.output, "Linear .exr")->required();
   add_option(command, "--quality", "Q", settings.quality, one_of(qualities),
              "draft (seconds), good (minutes; default) or best");
   add_option(command, "--spp", "N", settings.samples_per_pixel, number(1, 1 << 20),
@@ -74,9 +73,8 @@ void add_options(CLI::App& command, Options& options) {
              "variance\n(default: by quality)");
   add_option(command, "--seed", "N", settings.first_seed, number(1, 1 << 30),
              "The first of the seeds (default: 1)");
-  command
-      .add_option("--set", settings.overrides, list_renderers(settings_help) + "; can be repeated")
-      ->type_name("NAME=NUMBER")
+  add_option(command, "--set", "NAME=NUMBER", settings.overrides,
+             list_renderers(settings_help) + "; can be repeated")
       ->allow_extra_args(false);
   add_size_and_bounces(command, options.scene);
   add_option(command, "--threads", "N", settings.threads, number(1, 1024),

@@ -41,9 +41,9 @@ void add_options(CLI::App& command, Options& options) {
   Settings& settings = options.settings;
   Limits& limits = options.limits;
   add_scene_option(command, options.scene);
-  command.add_option("-o,--output", options.outputs, "Linear .exr or sRGB .png; can be repeated")
+  add_option(command, "-o,--output", "FILE", options.outputs,
+             "Linear .exr or sRGB .png; can be repeated")
       ->required()
-      ->type_name("FILE")
       ->allow_extra_args(false);
   add_option(command, "--spp", "N", options.spp, number<int64_t>(1, largest_sample),
              "Samples per pixel (default: the scene's, else 64, if\n"

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <system_error>
 #include <tuple>
 
 #include "cli/commands.h"
@@ -12,9 +13,8 @@
 namespace plumb::cli {
 
 void add_scene_option(CLI::App& command, SceneOptions& options) {
-  command.add_option("SCENE", options.file, "Scene file, in a subset of Mitsuba 3's XML")
-      ->required()
-      ->type_name("");
+  add_option(command, "SCENE", "", options.file, "Scene file, in a subset of Mitsuba 3's XML")
+      ->required();
 }
 
 void add_size_and_bounces(CLI::App& command, SceneOptions& options) {
@@ -23,6 +23,15 @@ void add_size_and_bounces(CLI::App& command, SceneOptions& options) {
              "directly, 1 direct light; 'A:' for A and more\n"
              "(default: the scene's max_depth, else all)");
   add_option(command, "--size", "WxH", options.size, parse_size, "Size (default: the scene's)");
+}
+
+std::filesystem::path scene_folder() {
+  namespace fs = std::filesystem;
+  const fs::path here = "reference_scenes";
+  std::error_code error;
+  const fs::path executable = fs::read_symlink("/proc/self/exe", error);
+  const fs::path installed = (executable.parent_path() / PLUMB_SCENES_FROM_BIN).lexically_normal();
+  return fs::is_directory(here, error) || !fs::is_directory(installed, error) ? here : installed;
 }
 
 Scene load_scene(const SceneOptions& options) {

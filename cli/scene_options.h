@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,6 +19,11 @@ struct SceneOptions {
 
 void add_scene_option(CLI::App& command, SceneOptions& options);      // SCENE
 void add_size_and_bounces(CLI::App& command, SceneOptions& options);  // --size, --bounces
+
+// Where the project's own scenes are: `reference_scenes` if the working directory has it, as a
+// checkout does; else the folder that was installed with this executable, wherever both have been
+// moved to.
+std::filesystem::path scene_folder();
 
 // The scene with the size and the bounces that were asked for, these in scene.request. Says on
 // standard error what of the file was taken how. Throws SceneError.

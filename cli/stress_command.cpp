@@ -8,7 +8,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -18,8 +17,7 @@
 #include "cli/list_renderers.h"
 #include "cli/names.h"
 #include "cli/progress_line.h"
-#include "cli/scene_folder.h"
-#include "cli/stress_scene.h"
+#include "cli/scene_options.h"
 #include "cli/trial.h"
 
 namespace plumb::cli {

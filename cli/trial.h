@@ -1,15 +1,37 @@
-// Tries a way of rendering on a scene for a limited time.
+// Scenes of `plumb stress`, what is known of their pictures, and how ways of rendering are tried on
+// them for a limited time.
 #pragma once
 
 #include <atomic>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "compare/assessment.h"
+#include "compare/picture.h"
 #include "other_renderers/runner.h"
 #include "renderer/render.h"
 
 namespace plumb::cli {
+
+// What the true picture is: the same radiance in every pixel, what another scene looks like, or a
+// picture in a file.
+enum class Oracle { radiance, like, picture };
+
+struct StressScene {
+  std::filesystem::path file;
+  Scene scene;
+  // From the comment on top of the file:
+  Oracle oracle = Oracle::radiance;
+  std::string value;          // the radiance; or the oracle's file, beside the scene's
+  bool beyond_float = false;  // "Beyond float": said in advance that float need not hold
+
+  // Throws std::runtime_error.
+  explicit StressScene(const std::filesystem::path& scene_file);
+
+  // A scene that this one is like is rendered in double by `mis`, with four times the limits.
+  Picture find_truth(const Limits& limits, const std::atomic<bool>& stop) const;
+};
 
 // Renders by a method of ours within the limits, and then single samples for an eighth of them.
 // Returns nothing after a stop. Throws std::runtime_error if there was no time for any sample.

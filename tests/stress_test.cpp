@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/stress_scene.h"
 #include "cli/trial.h"
 #include "tests/test_scenes.h"
 
