@@ -11,18 +11,29 @@ programs := povray blender python3 openimageio-tools gnuplot-nox
 # For the test of the report's page in a browser, which is skipped where they can't be had.
 browser := chromium chromium-driver python3-selenium
 
+# For `make lint`. Other versions find other things; Debian 12 and 13 both have this one of LLVM.
+# They have no ruff, which comes from PyPI.
+llvm := 19
+ruff := 0.17.6
+linters := clang-format-$(llvm) clang-tidy-$(llvm) python3-venv
+
+# Files whose first line, or the one after "#!", names the licence.
+licensed := '*.cpp' '*.h' '*.h.in' '*.inc' '*.py' '*.sh' '*.js' '*.css' '*.cmake' '*CMakeLists.txt'
+
 scenes := cornell seed
 
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps configure build test gate report bench references check-references stress \
+.PHONY: help deps configure build test lint sanitize gate report bench references check-references stress \
   stress-truth lamp-sampling power lessons charts pictures clean
 
 help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
 	@echo "make build   build/plumb"
 	@echo "make test    builds and runs all tests"
+	@echo "make lint    checks C++ by clang-format and clang-tidy, Python by ruff (15 minutes)"
+	@echo "make sanitize  runs the quick tests with address and undefined behaviour sanitizers"
 	@echo "make differential  holds methods, precisions and Mitsuba, if it is installed, against each"
 	@echo "                   other in random scenes (SCENES=1000: half an hour; with Mitsuba hours)"
 	@echo "make gate    holds pictures rendered now against the stored ones of other programs"
@@ -75,6 +86,20 @@ build: configure
 
 test: build
 	ctest --test-dir build --output-on-failure -j$(jobs)
+
+lint: programs += $(linters)
+lint: configure build/lint/bin/ruff
+	@echo "Licence lines"; ! git ls-files $(licensed) | while read -r file; do \
+	  sed '/^#!/d;q' $$file | grep -q 'SPDX-License-Identifier: Apache-2.0' || \
+	    echo "$$file: the first line names no licence"; \
+	done | grep .
+	git ls-files '*.cpp' '*.h' | xargs clang-format-$(llvm) --dry-run -Werror
+	build/lint/bin/ruff check
+	run-clang-tidy-$(llvm) -p build -quiet -j $(jobs)
+
+build/lint/bin/ruff: configure
+	python3 -m venv build/lint
+	build/lint/bin/pip install --quiet --disable-pip-version-check ruff==$(ruff)
 
 differential: build
 	PLUMB_DIFFERENTIAL_SCENES=$(or $(SCENES),1000) PLUMB_DIFFERENTIAL_MITSUBA=$(if \

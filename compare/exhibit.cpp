@@ -246,7 +246,7 @@ Exhibit speed_and_accuracy(const Study& study) {
     Curve curve{series.name, {}, {}};
     for (const Point& p : series.points) {
       curve.points.push_back(error_point(p.label.seconds, p, 0.5));
-      for (double PlotPoint::*member : {&PlotPoint::y, &PlotPoint::low, &PlotPoint::high}) {
+      for (const auto member : {&PlotPoint::y, &PlotPoint::low, &PlotPoint::high}) {
         curve.points.back().*member *= 100.0;
       }
     }

@@ -12,7 +12,7 @@ import zlib
 
 sys.dont_write_bytecode = True  # nothing but sources in report/
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "report"))
-import page  # pylint: disable=wrong-import-position
+import page  # noqa: E402
 
 try:
     from selenium import webdriver

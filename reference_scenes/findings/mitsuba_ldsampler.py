@@ -34,7 +34,7 @@ import mitsuba as mi
 
 mi.set_variant(sys.argv[1] if len(sys.argv) > 1 else "scalar_rgb")
 mi.set_log_level(mi.LogLevel.Error)
-from mitsuba import ScalarTransform4f as T
+from mitsuba import ScalarTransform4f as T  # noqa: E402
 
 SEEDS = 400
 A, B, C = 4.0, 1.0, 0.5  # sides and distance of the two rectangles
