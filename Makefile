@@ -17,6 +17,8 @@ llvm := 19
 ruff := 0.17.6
 linters := clang-format-$(llvm) clang-tidy-$(llvm) python3-venv
 
+quick_tests := $(addsuffix _test,image film scene_reader scene_file compare assessment convergence)
+
 # Files whose first line, or the one after "#!", names the licence.
 licensed := '*.cpp' '*.h' '*.h.in' '*.inc' '*.py' '*.sh' '*.js' '*.css' '*.cmake' '*CMakeLists.txt'
 
@@ -48,14 +50,15 @@ help:
 	@echo "make lessons        renders the plot and pictures of docs/lessons/ (4 minutes)"
 	@echo "make charts         puts the report's plots into docs/pictures/"
 	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
-	@echo "make clean   removes build/ and out/"
+	@echo "make clean   removes build/, build-debug/ and out/"
 
 deps:
 	@if ! command -v apt-get >/dev/null; then \
 	  echo "No apt-get here. Needed: a C++20 compiler, CMake 3.25, pkg-config and the libraries"; \
 	  echo "Assimp 5, OpenImageIO 2.4, Imath 3.1, Highway, oneTBB, Boost.Math, fmt, pugixml, toml++,"; \
 	  echo "nlohmann/json, CLI11 and GoogleTest. POV-Ray, Blender and OpenImageIO's tools render and"; \
-	  echo "show the references; gnuplot draws plots."; \
+	  echo "show the references; gnuplot draws plots; 'make lint' needs"; \
+	  echo "clang-format-$(llvm) and clang-tidy-$(llvm)."; \
 	  exit 0; \
 	fi; \
 	is_missing() { \
@@ -88,18 +91,24 @@ test: build
 	ctest --test-dir build --output-on-failure -j$(jobs)
 
 lint: programs += $(linters)
-lint: configure build/lint/bin/ruff
+lint: configure build/ruff-$(ruff)/bin/ruff
 	@echo "Licence lines"; ! git ls-files $(licensed) | while read -r file; do \
 	  sed '/^#!/d;q' $$file | grep -q 'SPDX-License-Identifier: Apache-2.0' || \
 	    echo "$$file: the first line names no licence"; \
 	done | grep .
 	git ls-files '*.cpp' '*.h' | xargs clang-format-$(llvm) --dry-run -Werror
-	build/lint/bin/ruff check
+	build/ruff-$(ruff)/bin/ruff check
 	run-clang-tidy-$(llvm) -p build -quiet -j $(jobs)
 
-build/lint/bin/ruff: configure
-	python3 -m venv build/lint
-	build/lint/bin/pip install --quiet --disable-pip-version-check ruff==$(ruff)
+build/ruff-$(ruff)/bin/ruff: | configure
+	python3 -m venv build/ruff-$(ruff)
+	build/ruff-$(ruff)/bin/pip install --quiet --disable-pip-version-check ruff==$(ruff)
+
+# The other tests take too long with sanitizers.
+sanitize: deps
+	cmake --preset debug $(if $(wildcard build-debug/CMakeCache.txt),,-G "$(generator)")
+	cmake --build --preset debug --parallel $(jobs) --target $(quick_tests)
+	for test in $(quick_tests); do build-debug/$$test --gtest_brief || exit; done
 
 differential: build
 	PLUMB_DIFFERENTIAL_SCENES=$(or $(SCENES),1000) PLUMB_DIFFERENTIAL_MITSUBA=$(if \
@@ -162,4 +171,4 @@ pictures: build
 	done
 
 clean:
-	rm -rf build out
+	rm -rf build build-debug out

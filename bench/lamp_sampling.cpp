@@ -94,7 +94,8 @@ void measure_irradiance(float away, float height) {
   constexpr int n = 1024;
   double sum = 0, squares = 0;
   for (int i = 0; i < n * n; ++i) {
-    const Real<D> u = (float(i % n) + 0.5f) / n, v = (float(i / n) + 0.5f) / n;
+    const int column = i % n, row = i / n;
+    const Real<D> u = (float(column) + 0.5f) / n, v = (float(row) + 0.5f) / n;
     const auto s = sample_rectangle<D>(lamp_of_width(1.0f), V3<D>(-away, 0.25f, height), u, v);
     const double light = hn::GetLane((s.inverse_pdf * s.direction.x).v);
     sum += light / n / n, squares += light * light / n / n;
