@@ -147,7 +147,7 @@ void SceneFile::refuse(const xml_node& node, const std::string& what) {
   for (xml_node n = node; n && !is_refused(n); n = n.parent()) n.append_attribute(refused);
 }
 
-bool SceneFile::is_refused(const xml_node& node) const { return node.attribute(refused); }
+bool SceneFile::is_refused(const xml_node& node) { return node.attribute(refused); }
 
 void SceneFile::note(const std::string& text) { notes_.add(text); }
 

@@ -49,7 +49,7 @@ class SceneFile {
   void refuse(const std::string& text);
   void note(const std::string& text);
 
-  bool is_refused(const pugi::xml_node& node) const;  // the element or anything in it
+  static bool is_refused(const pugi::xml_node& node);  // the element or anything in it
   std::vector<std::string> notes() const;
 
   // Throws SceneError with all refusals, a line each, if there are any.

@@ -82,15 +82,15 @@ constexpr std::array parameters{"float", "integer", "boolean", "string", "rgb"};
 
 // What to write instead, by how a message begins.
 const std::vector<std::pair<std::string, std::string>> advice = {
-    {"integrator ", "delete it, or write <integrator type=\"path\">"},
+    {"integrator ", R"(delete it, or write <integrator type="path">)"},
     {"rfilter ",
-     "filters with negative weights can't be sampled: write <rfilter type=\"gaussian\"/>"},
-    {"sensor ", "write type=\"perspective\": cameras are pinholes"},
-    {"texture", "write <rgb name=\"reflectance\" value=\"...\"/>"},
+     R"(filters with negative weights can't be sampled: write <rfilter type="gaussian"/>)"},
+    {"sensor ", R"(write type="perspective": cameras are pinholes)"},
+    {"texture", R"(write <rgb name="reflectance" value="..."/>)"},
     {"boolean hide_emitters", "delete it: lamps are seen"},
-    {"string material", "a perfect mirror is <string name=\"material\" value=\"none\"/>"},
-    {"@version", "write <scene version=\"3.0.0\">"},
-    {"sensor is missing", "a scene needs a <sensor type=\"perspective\">"},
+    {"string material", R"(a perfect mirror is <string name="material" value="none"/>)"},
+    {"@version", R"(write <scene version="3.0.0">)"},
+    {"sensor is missing", R"(a scene needs a <sensor type="perspective">)"},
     {"string tonemap", "delete it: pictures are linear"}};
 
 std::string with_advice(const std::string& subject, const std::string& message) {
@@ -170,24 +170,24 @@ void check_slot(SceneFile& file, const std::string& slot, std::vector<Item>& ite
                 std::vector<std::string>& missing) {
   const auto parts = splits(OIIO::Strutil::strip(slot, "!*~"), "=");
   const auto labels = splits(parts[0], "|");
-  const auto found = std::stable_partition(items.begin(), items.end(), [&](const Item& item) {
+  const auto found = std::ranges::stable_partition(items, [&](const Item& item) {
     return std::ranges::none_of(labels, [&](const auto& label) { return matches(item, label); });
   });
-  const auto count = items.end() - found;
+  const auto count = found.size();
   if (count == 0 && slot.ends_with('!')) missing.push_back(parts[0]);
   if (count > 1 && !slot.ends_with('*')) {
     file.refuse(found[1].node, spoken(parts[0]) + " is given twice");
   }
   const auto values = parts.size() > 1 ? splits(parts[1], "|") : std::vector<std::string>{};
-  if (count > 0 && std::ranges::count(values, found->value) == 0) {
+  if (count > 0 && std::ranges::count(values, found.front().value) == 0) {
     if (slot.ends_with('~')) {
       file.note_no_effect(spoken(parts[0]));
     } else if (!values.empty()) {
-      file.refuse(found->node,
+      file.refuse(found.front().node,
                   with_advice(parts[0], fmt::format("supported: {}", fmt::join(values, ", "))));
     }
   }
-  items.erase(found, items.end());
+  items.erase(found.begin(), found.end());
 }
 
 void check_items(SceneFile& file, const pugi::xml_node& node) {
