@@ -112,7 +112,7 @@ class Reader {
 
  private:
   // Numbers between blanks or commas; none if there is anything else.
-  std::vector<double> parse_numbers(std::string text) const {
+  static std::vector<double> parse_numbers(std::string text) {
     std::ranges::replace(text, ',', ' ');
     std::istringstream stream(text + " ");
     const std::vector<double> numbers(std::istream_iterator<double>(stream), {});
@@ -329,7 +329,7 @@ class Reader {
     return bsdf;
   }
 
-  Mesh read_rectangle_or_cube(const xml_node& shape, const M44d& to_world) const {
+  static Mesh read_rectangle_or_cube(const xml_node& shape, const M44d& to_world) {
     // Bits 0, 1 and 2 of a corner say whether x, y and z are 1 or -1. The last face is the
     // rectangle's, once it lies at z = 0.
     constexpr int faces[6][4] = {{2, 0, 4, 6}, {1, 3, 7, 5}, {4, 0, 1, 5},
@@ -391,7 +391,7 @@ class Reader {
           fmt::format("{}: {} faces have no area and are left out", path, mesh.without_area));
     }
     if (read_flag(shape, "face_normals")) return mesh.faces;
-    constexpr const char* flat = "<boolean name=\"face_normals\" value=\"true\"/>";
+    constexpr const char* flat = R"(<boolean name="face_normals" value="true"/>)";
     if (mesh.has_normals && !mesh.normals_are_flat) {
       file_.refuse(shape, fmt::format("{} has normals for smooth shading, which is not supported; "
                                       "add {} to draw it flat",

@@ -17,6 +17,6 @@ class SceneError : public std::runtime_error {
 };
 
 // Throws SceneError.
-Scene read_scene(const std::filesystem::path& file);
+Scene read_scene(const std::filesystem::path& path);
 
 }  // namespace plumb

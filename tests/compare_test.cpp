@@ -44,9 +44,10 @@ Picture render(uint64_t seed, int samples, const Truth& truth = uniform_truth,
       double mean = 0.0;
       double squares = 0.0;
       for (int replicate = 0; replicate < 4; ++replicate) {
+        const int count = samples / 4;
         double sum = 0.0;
-        for (int s = 0; s < samples / 4; ++s) sum += noise(random);
-        const double value = sum / (samples / 4);
+        for (int s = 0; s < count; ++s) sum += noise(random);
+        const double value = sum / count;
         mean += value / 4;
         squares += value * value;
       }
