@@ -85,7 +85,7 @@ class RandomScene {
     const double r = number(low, high), g = number(low, high), b = number(low, high);
     return fmt::format("{:.3f}, {:.3f}, {:.3f}", r, g, b);
   }
-  std::string emitter(const std::string& radiance) const {
+  static std::string emitter(const std::string& radiance) {
     return fmt::format(R"(<emitter type="area"><rgb name="radiance" value="{}"/></emitter>)",
                        radiance);
   }
