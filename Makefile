@@ -34,7 +34,7 @@ help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
 	@echo "make build   build/plumb"
 	@echo "make test    builds and runs all tests"
-	@echo "make lint    checks C++ by clang-format and clang-tidy, Python by ruff (15 minutes)"
+	@echo "make lint    checks C++ by clang-format and clang-tidy of LLVM $(llvm), Python by ruff (15 minutes)"
 	@echo "make sanitize  runs the quick tests with address and undefined behaviour sanitizers"
 	@echo "make differential  holds methods, precisions and Mitsuba, if it is installed, against each"
 	@echo "                   other in random scenes (SCENES=1000: half an hour; with Mitsuba hours)"
@@ -57,8 +57,7 @@ deps:
 	  echo "No apt-get here. Needed: a C++20 compiler, CMake 3.25, pkg-config and the libraries"; \
 	  echo "Assimp 5, OpenImageIO 2.4, Imath 3.1, Highway, oneTBB, Boost.Math, fmt, pugixml, toml++,"; \
 	  echo "nlohmann/json, CLI11 and GoogleTest. POV-Ray, Blender and OpenImageIO's tools render and"; \
-	  echo "show the references; gnuplot draws plots; 'make lint' needs"; \
-	  echo "clang-format-$(llvm) and clang-tidy-$(llvm)."; \
+	  echo "show the references; gnuplot draws plots."; \
 	  exit 0; \
 	fi; \
 	is_missing() { \
