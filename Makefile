@@ -17,7 +17,7 @@ llvm := 19
 ruff := 0.17.6
 linters := clang-format-$(llvm) clang-tidy-$(llvm) python3-venv
 
-quick_tests := $(addsuffix _test,image film scene_reader scene_file compare assessment convergence)
+quick_tests := $(addsuffix _test,image film scene_reader scene_file compare assessment)
 
 # Files whose first line, or the one after "#!", names the licence.
 licensed := '*.cpp' '*.h' '*.h.in' '*.inc' '*.py' '*.sh' '*.js' '*.css' '*.cmake' '*CMakeLists.txt'
