@@ -1,70 +1,44 @@
 #include "images/image.h"
 
 #include <OpenImageIO/color.h>
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-#include <OpenImageIO/strutil.h>
+#include <dlfcn.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
+#include <cctype>
 #include <cerrno>
 #include <cmath>
-#include <memory>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
+#include "images/exr.h"
+#include "images/linear_colours.h"
+#include "images/other_formats.h"
 #include "images/output_file.h"
-#include "images/provenance_attributes.h"
 
 namespace plumb {
 namespace {
 
 namespace fs = std::filesystem;
 
-using Bytes = std::vector<unsigned char>;
-
-constexpr const char* software = "Plumbline " PLUMB_VERSION;
-
-// Rec. 709: x and y of red, green, blue and white (D65).
-constexpr std::array<float, 8> chromaticities = {0.640F, 0.330F, 0.300F,  0.600F,
-                                                 0.150F, 0.060F, 0.3127F, 0.3290F};
-
-[[noreturn]] void fail(const fs::path& file, std::string_view what, std::string_view reason) {
-  throw ImageError(fmt::format("{}: {}: {}", file.string(), what, reason));
-}
-
-[[noreturn]] void fail(const fs::path& file, std::string_view what, int error = errno) {
+[[noreturn]] void fail_with(const fs::path& file, std::string_view what, int error = errno) {
   fail(file, what, std::generic_category().message(error));
 }
 
-// Encoding.
-
-Bytes encode(const char* format, const OIIO::ImageSpec& spec, const void* pixels,
-             const fs::path& file) {
-  Bytes bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
-  const auto output = OIIO::ImageOutput::create(format);
-  if (output == nullptr) fail(file, "cannot encode", OIIO::geterror());
-  // The name is for messages only: the bytes go to `memory`.
-  if (!output->set_ioproxy(&memory) || !output->open(file.string(), spec) ||
-      !output->write_image(spec.format, pixels) || !output->close()) {
-    fail(file, "cannot encode", output->geterror());
-  }
-  return bytes;
+// Without the dot, in lower case.
+std::string extension_of(const fs::path& file) {
+  std::string extension = file.extension().string();
+  for (char& letter : extension) letter = static_cast<char>(std::tolower(letter));
+  return extension.empty() ? "" : extension.substr(1);
 }
 
-Bytes encode_exr(const Image& image, const fs::path& file) {
-  OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(image.channels.size()),
-                       OIIO::TypeDesc::FLOAT);
-  spec.channelnames = image.channels;
-  spec.attribute("compression", "zip");
-  spec.attribute("Software", software);
-  spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, chromaticities.size()),
-                 chromaticities.data());
-  write_attributes(image.provenance, spec);
-  return encode("exr", spec, image.values.data(), file);
+const OtherFormats& other_formats(const fs::path& file) {
+  // Found in the run path of the program that this library is linked to; stays loaded.
+  static void* const module = ::dlopen(PLUMB_FORMATS_MODULE, RTLD_NOW | RTLD_LOCAL);
+  if (module == nullptr) fail(file, "cannot read or write formats other than EXR", ::dlerror());
+  return *static_cast<const OtherFormats*>(::dlsym(module, "plumb_other_formats"));
 }
 
 // The sRGB code of a linear value; 0 for what is no number.
@@ -74,110 +48,81 @@ unsigned char srgb_code(double linear) {
       std::lround(255.0F * OIIO::linear_to_sRGB(static_cast<float>(displayed))));
 }
 
-Bytes encode_png(const Image& image, const fs::path& file, double exposure) {
+void write_png(const Image& image, const fs::path& file, double exposure) {
   if (image.channels.size() < 3) fail(file, "cannot encode", "a PNG needs three channels");
   const double gain = std::exp2(exposure);
-  Bytes pixels;
-  pixels.reserve(image.values.size());
+  std::vector<unsigned char> codes;
+  codes.reserve(image.values.size());
   for (size_t p = 0; p < image.values.size(); p += image.channels.size()) {
-    for (size_t c = 0; c < 3; ++c) pixels.push_back(srgb_code(image.values[p + c] * gain));
+    for (size_t c = 0; c < 3; ++c) codes.push_back(srgb_code(image.values[p + c] * gain));
   }
-  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:ColorSpace", "sRGB");
-  spec.attribute("Software", software);
-  write_attributes(image.provenance, spec);
-  return encode("png", spec, pixels.data(), file);
+  const std::vector<unsigned char> bytes = other_formats(file).encode_png(
+      image.width, image.height, codes, to_attributes(image.provenance), file);
+  write_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-// Decoding.
-
-// The file's colour space as OpenImageIO 2.4 names it; 3 has other names.
-std::string colour_space(const OIIO::ImageSpec& spec) {
-  const std::string name = OIIO::Strutil::lower(spec.get_string_attribute("oiio:ColorSpace"));
-  if (name.empty() || name == "srgb_rec709_scene") return "srgb";
-  if (name == "lin_rec709_scene" || name == "lin_rec709" || name == "lin_srgb") return "linear";
-  if (name.starts_with("g") && name.ends_with("_rec709_scene")) {
-    return fmt::format("gamma{}", spec.get_float_attribute("oiio:Gamma"));
-  }
-  return name;
+// Where a pixel of a picture that is stored as width x height gets to when that is turned upright.
+std::pair<int64_t, int64_t> turn(int64_t x, int64_t y, const PixelWindow& frame, int orientation) {
+  const bool swaps = orientation >= 5;
+  const auto [width, height] =
+      swaps ? std::pair(frame.height, frame.width) : std::pair(frame.width, frame.height);
+  if (swaps) std::swap(x, y);
+  const bool mirrors_x =
+      orientation == 2 || orientation == 3 || orientation == 6 || orientation == 7;
+  const bool mirrors_y =
+      orientation == 3 || orientation == 4 || orientation == 7 || orientation == 8;
+  return {mirrors_x ? width - 1 - x : x, mirrors_y ? height - 1 - y : y};
 }
 
-// Undoes the transfer function that the file states, and says so.
-void make_linear(const OIIO::ImageSpec& spec, Image& image) {
-  const std::string stated = spec.get_string_attribute("oiio:ColorSpace");
-  const std::string space = colour_space(spec);
-  const float gamma = space.starts_with("gamma") ? OIIO::Strutil::stof(space.substr(5)) : 0.0F;
-  image.encoding += (stated.empty() ? ", assumed to be " : ", ") + space;
-  if (space == "linear" || gamma == 1.0F) return;
-  if (space != "srgb" && space != "rec709" && gamma <= 0.0F) {
-    throw ImageError("unknown colour space " + stated);
+void note_place(StoredImage& stored, const PixelWindow& frame) {
+  std::vector<std::string>& notes = stored.image.notes;
+  const PixelWindow &data = stored.data, &display = stored.display;
+  if (frame != data) {
+    notes.push_back(fmt::format(
+        "It has {} x {} pixels at {},{} of {} x {}; the rest was taken as 0.", data.width,
+        data.height, data.x - frame.x, data.y - frame.y, frame.width, frame.height));
   }
-  image.encoding += ", made linear";
-  for (size_t i = 0; i < image.values.size(); ++i) {
-    const size_t channel = i % image.channels.size();
-    if (static_cast<int>(channel) == spec.alpha_channel) continue;
-    float& value = image.values[i];
-    value = space == "srgb"     ? OIIO::sRGB_to_linear(value)
-            : space == "rec709" ? OIIO::Rec709_to_linear(value)
-                                : std::pow(value, gamma);
+  if (frame != display) {
+    notes.push_back(fmt::format(
+        "It reaches beyond its display window, which is {} x {} at {},{}; all of it is taken.",
+        display.width, display.height, display.x - frame.x, display.y - frame.y));
+  }
+  if (stored.orientation != 1) {
+    notes.push_back(fmt::format("It was turned upright from orientation {}.", stored.orientation));
   }
 }
 
-// Goes to the part and gives its header.
-OIIO::ImageSpec seek(OIIO::ImageInput& input, const std::string& part, const fs::path& file) {
-  std::string names;
-  for (int i = 0; input.seek_subimage(i, 0); ++i) {
-    const std::string name = input.spec().get_string_attribute("name");
-    if (part.empty() || part == name || part == std::to_string(i)) return input.spec();
-    names += fmt::format("{}{} '{}'", names.empty() ? "" : ", ", i, name);
+// Puts the pixels where the file shows them, in a frame of both windows.
+void place(StoredImage& stored) {
+  const PixelWindow frame = unite(stored.data, stored.display);
+  if (stored.orientation < 1 || stored.orientation > 8) stored.orientation = 1;
+  note_place(stored, frame);
+  Image& image = stored.image;
+  const bool swaps = stored.orientation >= 5;
+  image.width = static_cast<int>(swaps ? frame.height : frame.width);
+  image.height = static_cast<int>(swaps ? frame.width : frame.height);
+  image.left = static_cast<int>(frame.x);
+  image.top = static_cast<int>(frame.y);
+  if (frame == stored.data && stored.orientation == 1) return;
+  const size_t count = image.channels.size();
+  std::vector<float> placed(size_t(image.width) * size_t(image.height) * count);
+  auto from = image.values.begin();
+  for (int64_t row = 0; row < stored.data.height; ++row) {
+    for (int64_t column = 0; column < stored.data.width; ++column, from += long(count)) {
+      const auto [x, y] = turn(column + stored.data.x - frame.x, row + stored.data.y - frame.y,
+                               frame, stored.orientation);
+      std::copy_n(from, count, placed.begin() + (y * image.width + x) * long(count));
+    }
   }
-  fail(file, fmt::format("no part '{}'", part), "it has " + names);
-}
-
-// A header can claim any size. Compression by more than a factor of 4000 happens to small pictures
-// of a single colour only.
-void check_plausible(const OIIO::ImageSpec& spec, const fs::path& file) {
-  const double wanted = double(spec.width) * spec.height * spec.nchannels * sizeof(float);
-  const auto present = static_cast<double>(fs::file_size(file));
-  if (wanted > 4000.0 * present + 1e8) {
-    fail(file, "damaged image",
-         fmt::format("{} x {} pixels of {} channels in {} bytes", spec.width, spec.height,
-                     spec.nchannels, present));
-  }
-}
-
-Image decode(const fs::path& file, const std::string& format, const std::string& part,
-             Integers integers) {
-  const std::string kind = (format == "exr" ? "an " : "a ") + OIIO::Strutil::upper(format);
-  const auto input = OIIO::ImageInput::create(format);
-  if (input == nullptr) fail(file, "unknown image format", OIIO::geterror());
-  if (fs::file_size(file) == 0) fail(file, fmt::format("not {} image", kind), "the file is empty");
-  OIIO::ImageSpec config;
-  config["oiio:UnassociatedAlpha"] = 1;
-  OIIO::ImageSpec spec;
-  if (!input->open(file.string(), spec, config)) {
-    fail(file, fmt::format("not {} image", kind), input->geterror());
-  }
-  spec = seek(*input, part, file);
-  if (spec.deep) fail(file, "cannot decode", "deep images hold no plain picture");
-  check_plausible(spec, file);
-  Image image{spec.width, spec.height, spec.channelnames, {}, read_attributes(spec)};
-  image.encoding = spec.format.c_str();
-  image.values.resize(spec.image_pixels() * static_cast<size_t>(spec.nchannels));
-  if (!input->read_image(input->current_subimage(), 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT,
-                         image.values.data())) {
-    fail(file, fmt::format("damaged {} image", OIIO::Strutil::upper(format)), input->geterror());
-  }
-  if (!spec.format.is_floating_point() && integers == Integers::linear) make_linear(spec, image);
-  return image;
+  image.values = std::move(placed);
 }
 
 }  // namespace
 
 ImageFormat image_format(const std::filesystem::path& file) {
-  const std::string extension = OIIO::Strutil::lower(file.extension().string());
-  if (extension == ".exr") return ImageFormat::exr;
-  if (extension == ".png") return ImageFormat::png;
+  const std::string extension = extension_of(file);
+  if (extension == "exr") return ImageFormat::exr;
+  if (extension == "png") return ImageFormat::png;
   fail(file, "unknown image format", "the name must end in .exr or .png");
 }
 
@@ -188,21 +133,24 @@ void write_image(const Image& image, const std::filesystem::path& file, double e
          fmt::format("{} values for {} x {} pixels of {} channels", image.values.size(),
                      image.width, image.height, image.channels.size()));
   }
-  const Bytes bytes = image_format(file) == ImageFormat::exr ? encode_exr(image, file)
-                                                             : encode_png(image, file, exposure);
-  write_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  if (image_format(file) == ImageFormat::png) return write_png(image, file, exposure);
+  write_file(file, encode_exr(image));
 }
 
 Image read_image(const fs::path& file, const std::string& part, Integers integers) {
-  const std::string extension = OIIO::Strutil::lower(file.extension().string());
-  const std::string format = extension.empty() ? "" : extension.substr(1);
   const fs::file_status status = fs::status(file);
-  if (!fs::exists(status)) fail(file, "cannot open", ENOENT);
-  if (fs::is_directory(status)) fail(file, "cannot read", EISDIR);
+  if (!fs::exists(status)) fail_with(file, "cannot open", ENOENT);
+  if (fs::is_directory(status)) fail_with(file, "cannot read", EISDIR);
   if (!fs::is_regular_file(status)) fail(file, "cannot read", "not a regular file");
-  if (::access(file.c_str(), R_OK) != 0) fail(file, "cannot open");
+  if (::access(file.c_str(), R_OK) != 0) fail_with(file, "cannot open");
+  if (fs::file_size(file) == 0) fail(file, "cannot read", "the file is empty");
+  const std::string format = extension_of(file);
   try {
-    return decode(file, format, part, integers);
+    StoredImage stored =
+        format == "exr" ? read_exr(file, part) : other_formats(file).read(file, format, part);
+    if (integers == Integers::linear) make_linear(stored);
+    place(stored);
+    return std::move(stored.image);
   } catch (const ImageError&) {
     throw;
   } catch (const std::bad_alloc&) {

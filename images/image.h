@@ -11,14 +11,21 @@
 
 namespace plumb {
 
-// A value per channel and pixel; rows from the top, channels interleaved.
+// A value per channel and pixel; rows from the top, channels interleaved. What was read is linear,
+// has the primaries of Rec. 709, and colours are multiplied by alpha.
 struct Image {
   int width = 0;
   int height = 0;
   std::vector<std::string> channels;
   std::vector<float> values;
   Provenance provenance;
-  std::string encoding = {};  // of the file that was read, such as "uint8, srgb, made linear"
+
+  // Of what was read alone:
+  std::string encoding = {};  // as it was in the file, such as "uint8, srgb, made linear"
+  std::string part = {};      // its name in the file or, without one, its number from 0
+  std::vector<std::string> other_parts = {};  // of the file, which were not read
+  std::vector<std::string> notes = {};        // what was converted or assumed, a sentence each
+  int left = 0, top = 0;  // where the first pixel lies in the coordinates of the file's windows
 
   // The number of a pixel.
   size_t pixel(int x, int y) const { return size_t(y) * size_t(width) + size_t(x); }
@@ -34,8 +41,9 @@ enum class ImageFormat { exr, png };
 // By the file's extension. Throws ImageError if that is neither .exr nor .png.
 ImageFormat image_format(const std::filesystem::path& file);
 
-// Writes a float32 EXR, or an 8-bit sRGB PNG of the first three channels times 2^exposure. Throws
-// ImageError for what is no picture of that format, FileError as write_file() does.
+// Writes a float32 EXR, or an 8-bit sRGB PNG of the first three channels times 2^exposure: the same
+// bytes for the same picture. Throws ImageError for what is no picture of that format, FileError as
+// write_file() does.
 void write_image(const Image& image, const std::filesystem::path& file, double exposure = 0.0);
 
 // What becomes of integers in files: radiance, or codes / largest code.
@@ -43,8 +51,14 @@ enum class Integers { linear, codes };
 
 // Reads all channels and the provenance that write_image() wrote, from any format that OpenImageIO
 // knows by the file's extension. `part` is the name or the number of a part (subimage); empty for
-// the first one. Throws ImageError, also for a header that asks for far more memory than the file
-// could fill.
+// the first one.
+//
+// The image is what the file shows: the display window and what lies around it, black and
+// transparent where the file has no pixels; turned upright as the file says. Layers of colours are
+// in all channels that end in R, G and B. With Integers::codes, windows and orientation are applied
+// and colours are left as they are stored.
+//
+// Throws ImageError, also for a picture that needs more than half of this machine's memory.
 Image read_image(const std::filesystem::path& file, const std::string& part = "",
                  Integers integers = Integers::linear);
 

@@ -48,25 +48,6 @@ void for_each_field(Visit visit) {
   visit("scale", &P::scale, Of::picture);
 }
 
-template <typename T>
-void write(OIIO::ImageSpec& spec, const std::string& name, const T& value) {
-  if constexpr (std::is_same_v<T, double>) {
-    spec.attribute(name, OIIO::TypeDesc::DOUBLE, &value);
-  } else {
-    spec.attribute(name, value);
-  }
-}
-
-void read(const OIIO::ParamValue& attribute, std::optional<std::string>& value) {
-  if (attribute.type() == OIIO::TypeDesc::STRING) value = attribute.get_string();
-}
-void read(const OIIO::ParamValue& attribute, std::optional<int>& value) {
-  if (attribute.type() == OIIO::TypeDesc::INT) value = attribute.get_int();
-}
-void read(const OIIO::ParamValue& attribute, std::optional<double>& value) {
-  if (attribute.type() == OIIO::TypeDesc::DOUBLE) value = attribute.get<double>();
-}
-
 // The name of the first field that makes the two no parts of one render; empty if there is none.
 std::string first_difference(const Provenance& a, const Provenance& b) {
   std::string first;
@@ -106,27 +87,30 @@ void add_part(Provenance& whole, const Provenance& part) {
   }
 }
 
-void write_attributes(const Provenance& provenance, OIIO::ImageSpec& spec) {
+Attributes to_attributes(const Provenance& provenance) {
+  Attributes attributes;
   for_each_field([&](const char* name, auto member, Of) {
-    if (provenance.*member) write(spec, fmt::format("{}{}", prefix, name), *(provenance.*member));
+    if (!(provenance.*member)) return;
+    attributes.emplace_back(fmt::format("{}{}", prefix, name), *(provenance.*member));
   });
   for (const auto& [colour, name] : provenance.regions) {
-    write(spec, fmt::format("{}{}", region_prefix, colour), name);
+    attributes.emplace_back(fmt::format("{}{}", region_prefix, colour), name);
   }
+  return attributes;
 }
 
-Provenance read_attributes(const OIIO::ImageSpec& spec) {
+Provenance to_provenance(const Attributes& attributes) {
   Provenance provenance;
-  for_each_field([&](const char* name, auto member, Of) {
-    const OIIO::ParamValue* found = spec.find_attribute(fmt::format("{}{}", prefix, name));
-    if (found != nullptr) read(*found, provenance.*member);
-  });
-  for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
-    const std::string_view name = attribute.name().string();
+  for (const auto& [name, value] : attributes) {
+    for_each_field([&](const char* field, auto member, Of) {
+      if (name != fmt::format("{}{}", prefix, field)) return;
+      using Type = typename std::remove_reference_t<decltype(provenance.*member)>::value_type;
+      if (const auto* found = std::get_if<Type>(&value)) provenance.*member = *found;
+    });
     if (!name.starts_with(region_prefix)) continue;
-    std::optional<std::string> region;
-    read(attribute, region);
-    if (region) provenance.regions.emplace_back(name.substr(region_prefix.size()), *region);
+    if (const auto* region = std::get_if<std::string>(&value)) {
+      provenance.regions.emplace_back(name.substr(region_prefix.size()), *region);
+    }
   }
   return provenance;
 }

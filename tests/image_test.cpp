@@ -295,21 +295,6 @@ TEST_F(ImageTest, IntegersAreReadAsCodesOrMadeLinear) {
   }
 }
 
-TEST_F(ImageTest, StatedTransferFunctionsAreUndone) {
-  const std::pair<const char*, double> cases[] = {{"linear", 0.5},
-                                                  {"Gamma2.2", std::pow(0.5, 2.2)}};
-  for (const auto& [space, value] : cases) {
-    OIIO::ImageSpec spec(1, 1, 1, OIIO::TypeDesc::UINT16);
-    spec.attribute("oiio:ColorSpace", space);
-    const auto output = OIIO::ImageOutput::create("png");
-    ASSERT_TRUE(output->open((folder / "picture.png").string(), spec));
-    const uint16_t code = 32768;
-    ASSERT_TRUE(output->write_image(OIIO::TypeDesc::UINT16, &code));
-    ASSERT_TRUE(output->close());
-    EXPECT_NEAR(read_image(folder / "picture.png").values[0], value, 2e-5) << space;
-  }
-}
-
 // Names
 
 TEST(ImageFormat, FollowsTheExtensionInEitherCase) {
@@ -467,7 +452,7 @@ TEST_F(ImageTest, ReadingACutFileIsAnErrorWhereverItIsCut) {
   const fs::path file = folder / "picture.exr";
   write_image(noise(40, 40), file);
   const std::string whole = bytes_of(file);
-  for (size_t size = 0; size < whole.size(); size += 1 + size / 20) {
+  for (size_t size = 1; size < whole.size(); size += 1 + size / 20) {
     write_text(file, whole.substr(0, size));
     expect_error(error_of([&] { read_image(file); }), file, "EXR image");
   }

@@ -1,0 +1,159 @@
+#include "images/other_formats.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <OpenImageIO/strutil.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace plumb {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The transfer function that the file states, for which OpenImageIO 3 has other names than 2.4.
+void read_transfer(const OIIO::ImageSpec& spec, StoredImage& stored) {
+  const std::string stated = spec.get_string_attribute("oiio:ColorSpace");
+  const std::string name = OIIO::Strutil::lower(stated);
+  stored.transfer = stated;
+  if (name == "srgb" || name == "srgb_rec709_scene") stored.transfer = "srgb";
+  if (name == "rec709") stored.transfer = "rec709";
+  if (name == "linear" || name == "lin_rec709_scene" || name == "lin_rec709" ||
+      name == "lin_srgb") {
+    stored.transfer = "linear";
+  }
+  const bool is_gamma = name.starts_with("g") && name.ends_with("_rec709_scene");
+  if (is_gamma || name.starts_with("gamma")) {
+    const float digits = OIIO::Strutil::stof(name.substr(std::min(name.size(), size_t{5})));
+    stored.gamma = is_gamma || digits == 0.0F ? spec.get_float_attribute("oiio:Gamma") : digits;
+    stored.transfer = stored.gamma == 1.0F ? "linear" : "gamma";
+  }
+}
+
+PixelWindow data_window(const OIIO::ImageSpec& spec) {
+  return {spec.x, spec.y, spec.width, spec.height};
+}
+
+// Without a display window of its own a picture is shown whole.
+PixelWindow display_window(const OIIO::ImageSpec& spec) {
+  if (spec.full_width <= 0 || spec.full_height <= 0) return data_window(spec);
+  return {spec.full_x, spec.full_y, spec.full_width, spec.full_height};
+}
+
+Provenance provenance_of(const OIIO::ImageSpec& spec) {
+  Attributes attributes;
+  for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
+    const std::string name = attribute.name().string();
+    if (attribute.type() == OIIO::TypeDesc::STRING) {
+      attributes.emplace_back(name, attribute.get_string());
+    } else if (attribute.type() == OIIO::TypeDesc::INT) {
+      attributes.emplace_back(name, attribute.get_int());
+    } else if (attribute.type() == OIIO::TypeDesc::DOUBLE) {
+      attributes.emplace_back(name, attribute.get<double>());
+    }
+  }
+  return to_provenance(attributes);
+}
+
+StoredImage read_header(const OIIO::ImageSpec& spec) {
+  StoredImage stored;
+  Image& image = stored.image;
+  image.channels = spec.channelnames;
+  image.provenance = provenance_of(spec);
+  image.encoding = spec.format.c_str();
+  stored.data = data_window(spec);
+  stored.display = display_window(spec);
+  stored.orientation = spec.get_int_attribute("Orientation", 1);
+  stored.is_integer = !spec.format.is_floating_point();
+  stored.alpha = spec.alpha_channel < spec.nchannels ? spec.alpha_channel : -1;
+  stored.is_alpha_straight = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
+  read_transfer(spec, stored);
+  const auto* colours = spec.find_attribute("chromaticities");
+  if (colours != nullptr && colours->type() == OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8)) {
+    std::copy_n(static_cast<const float*>(colours->data()), 8,
+                stored.chromaticities.emplace().begin());
+  }
+  if (const auto* profile = spec.find_attribute("ICCProfile")) {
+    const std::string_view bytes(static_cast<const char*>(profile->data()),
+                                 static_cast<size_t>(profile->datasize()));
+    if (bytes.find("sRGB") == std::string_view::npos) {
+      image.notes.emplace_back("The file's ICC profile was not applied.");
+    }
+  }
+  return stored;
+}
+
+// Goes to the part.
+void seek(OIIO::ImageInput& input, const std::string& part, const fs::path& file, Image& image) {
+  std::vector<std::string> names;
+  for (int i = 0; input.seek_subimage(i, 0); ++i) {
+    const std::string name = input.spec().get_string_attribute("name");
+    names.push_back(name.empty() ? std::to_string(i) : name);
+  }
+  const int number = find_part(names, part, file);
+  input.seek_subimage(number, 0);
+  image.part = names[size_t(number)];
+  names.erase(names.begin() + number);
+  image.other_parts = names;
+}
+
+StoredImage read(const fs::path& file, const std::string& format, const std::string& part) {
+  const std::string name = OIIO::Strutil::upper(format);
+  const auto input = OIIO::ImageInput::create(format);
+  if (input == nullptr) fail(file, "unknown image format", OIIO::geterror());
+  OIIO::ImageSpec config;
+  config["oiio:UnassociatedAlpha"] = 1;
+  OIIO::ImageSpec spec;
+  if (!input->open(file.string(), spec, config)) {
+    fail(file, fmt::format("not a {} image", name), input->geterror());
+  }
+  Image parts;
+  seek(*input, part, file, parts);
+  spec = input->spec();
+  if (spec.deep) fail(file, "cannot decode", "deep images hold no plain picture");
+  StoredImage stored = read_header(spec);
+  Image& image = stored.image;
+  image.part = parts.part;
+  image.other_parts = parts.other_parts;
+  check_memory(stored, file);
+  image.values.resize(spec.image_pixels() * static_cast<size_t>(spec.nchannels));
+  if (!input->read_image(input->current_subimage(), 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT,
+                         image.values.data())) {
+    fail(file, fmt::format("damaged {} image", name), input->geterror());
+  }
+  return stored;
+}
+
+std::vector<unsigned char> encode_png(int width, int height,
+                                      const std::vector<unsigned char>& codes,
+                                      const Attributes& attributes, const fs::path& file) {
+  OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:ColorSpace", "sRGB");
+  spec.attribute("Software", "Plumbline " PLUMB_VERSION);
+  for (const auto& [name, value] : attributes) {
+    if (const auto* real = std::get_if<double>(&value)) {
+      spec.attribute(name, OIIO::TypeDesc::DOUBLE, real);
+    } else if (const auto* number = std::get_if<int>(&value)) {
+      spec.attribute(name, *number);
+    } else {
+      spec.attribute(name, std::get<std::string>(value));
+    }
+  }
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  const auto output = OIIO::ImageOutput::create("png");
+  if (output == nullptr) fail(file, "cannot encode", OIIO::geterror());
+  // The name is for messages only: the bytes go to `memory`.
+  if (!output->set_ioproxy(&memory) || !output->open(file.string(), spec) ||
+      !output->write_image(spec.format, codes.data()) || !output->close()) {
+    fail(file, "cannot encode", output->geterror());
+  }
+  return bytes;
+}
+
+}  // namespace
+}  // namespace plumb
+
+const plumb::OtherFormats plumb_other_formats = {plumb::read, plumb::encode_png};

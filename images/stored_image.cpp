@@ -1,0 +1,43 @@
+#include "images/stored_image.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+namespace plumb {
+
+PixelWindow unite(const PixelWindow& a, const PixelWindow& b) {
+  const int64_t x = std::min(a.x, b.x), y = std::min(a.y, b.y);
+  return {x, y, std::max(a.x + a.width, b.x + b.width) - x,
+          std::max(a.y + a.height, b.y + b.height) - y};
+}
+
+void fail(const std::filesystem::path& file, std::string_view what, std::string_view reason) {
+  throw ImageError(fmt::format("{}: {}: {}", file.string(), what, reason));
+}
+
+int find_part(const std::vector<std::string>& names, const std::string& part,
+              const std::filesystem::path& file) {
+  std::vector<std::string> known;
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (part.empty() || part == names[i] || part == std::to_string(i)) return static_cast<int>(i);
+    known.push_back(fmt::format("{} '{}'", i, names[i]));
+  }
+  fail(file, fmt::format("no part '{}'", part), fmt::format("it has {}", fmt::join(known, ", ")));
+}
+
+void check_memory(const StoredImage& stored, const std::filesystem::path& file) {
+  const PixelWindow frame = unite(stored.data, stored.display);
+  const double needed = double(frame.width) * double(frame.height) *
+                        double(stored.image.channels.size()) * sizeof(float);
+  const double half = 0.5 * double(::sysconf(_SC_PHYS_PAGES)) * double(::sysconf(_SC_PAGESIZE));
+  if (needed <= half) return;
+  fail(file, "picture too large",
+       fmt::format("{} x {} pixels of {} channels need {:.0f} GB, half of the memory is {:.0f} GB",
+                   frame.width, frame.height, stored.image.channels.size(), needed / 1e9,
+                   half / 1e9));
+}
+
+}  // namespace plumb

@@ -1,0 +1,314 @@
+// What may be relied on about pictures as others store them: windows, orientation, colours, parts.
+#include <ImfChannelList.h>
+#include <ImfOutputFile.h>
+#include <ImfRgbaFile.h>
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+
+#include "images/image.h"
+
+namespace plumb {
+namespace {
+
+namespace fs = std::filesystem;
+using Names = std::vector<std::string>;
+using Values = std::vector<float>;
+
+// Each test has an empty folder of its own.
+class StoredImageTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder = fs::path(testing::TempDir()) /
+             ("plumb-stored-" + std::to_string(getpid()) + "-" + std::string(test->name()));
+    fs::create_directories(folder);
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  // Has OpenImageIO write the values as spec says.
+  fs::path store(const std::string& name, const OIIO::ImageSpec& spec, const Values& values) {
+    const auto output = OIIO::ImageOutput::create((folder / name).string());
+    EXPECT_NE(output, nullptr) << OIIO::geterror();
+    EXPECT_TRUE(output->open((folder / name).string(), spec)) << output->geterror();
+    EXPECT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, values.data())) << output->geterror();
+    EXPECT_TRUE(output->close());
+    return folder / name;
+  }
+
+  fs::path folder;
+};
+
+// A spec whose pixels lie at x, y of a display window.
+OIIO::ImageSpec in_display(int x, int y, int width, int height, int full_width, int full_height,
+                           int channels = 1) {
+  OIIO::ImageSpec spec(width, height, channels, OIIO::TypeDesc::FLOAT);
+  spec.x = x;
+  spec.y = y;
+  spec.full_width = full_width;
+  spec.full_height = full_height;
+  return spec;
+}
+
+bool has_note(const Image& image, const std::string& words) {
+  return std::ranges::any_of(
+      image.notes, [&](const std::string& note) { return note.find(words) != std::string::npos; });
+}
+
+void expect_near(const Values& found, const Values& wanted, float tolerance) {
+  ASSERT_EQ(found.size(), wanted.size());
+  for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], wanted[i], tolerance) << i;
+}
+
+// Windows and orientation
+
+TEST_F(StoredImageTest, PixelsLieWhereTheFileSaysAndTheRestIsBlack) {
+  const Image image = read_image(store("crop.exr", in_display(1, 1, 2, 1, 4, 3), {5, 6}));
+  EXPECT_EQ(image.width, 4);
+  EXPECT_EQ(image.height, 3);
+  EXPECT_EQ(image.values, (Values{0, 0, 0, 0, 0, 5, 6, 0, 0, 0, 0, 0}));
+  EXPECT_TRUE(has_note(image, "2 x 1 pixels at 1,1 of 4 x 3"));
+}
+
+TEST_F(StoredImageTest, ATrimmedPictureIsTheSameAsItsFullFrame) {
+  const Values full = {0, 0, 0, 0, 0, 7, 8, 0, 0, 0, 0, 0};
+  const Image whole = read_image(store("full.exr", in_display(0, 0, 4, 3, 4, 3), full));
+  const Image trimmed = read_image(store("trimmed.exr", in_display(1, 1, 2, 1, 4, 3), {7, 8}));
+  EXPECT_EQ(trimmed.values, whole.values);
+  EXPECT_TRUE(whole.notes.empty());
+}
+
+TEST_F(StoredImageTest, WhatLiesOutsideTheDisplayWindowIsKept) {
+  const Image image = read_image(store("over.exr", in_display(-1, 0, 3, 1, 2, 2), {1, 2, 3}));
+  EXPECT_EQ(image.width, 3);
+  EXPECT_EQ(image.height, 2);
+  EXPECT_EQ(image.left, -1);
+  EXPECT_EQ(image.top, 0);
+  EXPECT_EQ(image.values, (Values{1, 2, 3, 0, 0, 0}));
+  EXPECT_TRUE(has_note(image, "beyond its display window"));
+}
+
+TEST_F(StoredImageTest, AFrameThatDoesNotBeginAtZeroIsToldAndWrittenAgain) {
+  OIIO::ImageSpec spec = in_display(20, 10, 2, 1, 2, 1);
+  spec.full_x = 20;
+  spec.full_y = 10;
+  const Image image = read_image(store("moved.exr", spec, {1, 2}));
+  EXPECT_EQ(image.left, 20);
+  EXPECT_EQ(image.top, 10);
+  write_image(image, folder / "again.exr");
+  EXPECT_EQ(read_image(folder / "again.exr").left, 20);
+}
+
+TEST_F(StoredImageTest, EveryOrientationIsTurnedUpright) {
+  // Where TIFF 6.0 puts the stored rows 0 1 2 and 3 4 5; from 5 on, rows become columns.
+  const std::array<Values, 8> upright = {{{0, 1, 2, 3, 4, 5},
+                                          {2, 1, 0, 5, 4, 3},
+                                          {5, 4, 3, 2, 1, 0},
+                                          {3, 4, 5, 0, 1, 2},
+                                          {0, 3, 1, 4, 2, 5},
+                                          {3, 0, 4, 1, 5, 2},
+                                          {5, 2, 4, 1, 3, 0},
+                                          {2, 5, 1, 4, 0, 3}}};
+  for (const char* name : {"turned.tif", "turned.exr"}) {
+    for (int orientation = 1; orientation <= 8; ++orientation) {
+      OIIO::ImageSpec spec(3, 2, 1, OIIO::TypeDesc::FLOAT);
+      spec.attribute("Orientation", orientation);
+      const Image image = read_image(store(name, spec, {0, 1, 2, 3, 4, 5}));
+      EXPECT_EQ(image.width, orientation < 5 ? 3 : 2);
+      EXPECT_EQ(image.values, upright[size_t(orientation - 1)]) << orientation;
+      EXPECT_EQ(has_note(image, "upright"), orientation != 1);
+    }
+  }
+}
+
+TEST_F(StoredImageTest, RadianceFilesMayBeStoredUpwards) {
+  // Of each pixel three mantissas and the exponent of their scale, 2^(129 - 136).
+  std::ofstream(folder / "up.hdr", std::ios::binary)
+      << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n+Y 2 +X 1\n"
+      << "\x40\x40\x40\x81\x80\x80\x80\x81";
+  const Image image = read_image(folder / "up.hdr");
+  ASSERT_EQ(image.values.size(), 6U);
+  EXPECT_GT(image.values[0], image.values[3]);
+}
+
+// Colours
+
+TEST_F(StoredImageTest, GammasAreUndoneAsStatedAndTwoPointTwoIsTakenAsSrgb) {
+  const double srgb = std::pow((0.5 + 0.055) / 1.055, 2.4);
+  const std::pair<const char*, double> cases[] = {
+      {"linear", 0.5}, {"Gamma1.8", std::pow(0.5, 1.8)}, {"Gamma2.2", srgb}, {"sRGB", srgb}};
+  for (const auto& [space, value] : cases) {
+    OIIO::ImageSpec spec(1, 1, 1, OIIO::TypeDesc::UINT16);
+    spec.attribute("oiio:ColorSpace", space);
+    const Image image = read_image(store("picture.png", spec, {0.5F}));
+    EXPECT_NEAR(image.values[0], value, 2e-5) << space;
+    EXPECT_EQ(has_note(image, "gamma"), std::string(space) == "Gamma2.2");
+  }
+}
+
+TEST_F(StoredImageTest, ATransferFunctionThatIsNotKnownIsNoted) {
+  OIIO::ImageSpec spec(4, 4, 3, OIIO::TypeDesc::UINT16);
+  spec.attribute("oiio:ColorSpace", "KodakLog");
+  EXPECT_TRUE(has_note(read_image(store("log.dpx", spec, Values(48, 0.5F))), "KodakLog"));
+}
+
+TEST_F(StoredImageTest, StraightAndPremultipliedAlphaAreTheSamePicture) {
+  OIIO::ImageSpec spec(1, 1, 4, OIIO::TypeDesc::FLOAT);
+  const Image exr = read_image(store("pre.exr", spec, {0.1F, 0.05F, 0.02F, 0.5F}));
+  spec = OIIO::ImageSpec(1, 1, 4, OIIO::TypeDesc::UINT16);
+  spec.attribute("oiio:ColorSpace", "sRGB");
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  const auto code = [](double linear) {
+    return float(1.055 * std::pow(linear, 1.0 / 2.4) - 0.055);
+  };
+  const Values straight = {code(0.2), code(0.1), code(0.04), 0.5F};
+  for (const char* name : {"straight.png", "straight.tif"}) {
+    const Image image = read_image(store(name, spec, straight));
+    // A step of a code is 1.5e-5, and the curve no steeper than 2.4.
+    expect_near(image.values, exr.values, 4e-5F);
+    EXPECT_TRUE(has_note(image, "straight"));
+  }
+  EXPECT_NEAR(read_image(folder / "straight.png", "", Integers::codes).values[0], code(0.2), 2e-5);
+  EXPECT_TRUE(exr.notes.empty());
+}
+
+TEST_F(StoredImageTest, CodesThatAreMultipliedByAlphaAreMadeLinearWithoutIt) {
+  OIIO::ImageSpec spec(1, 1, 4, OIIO::TypeDesc::UINT16);
+  const float code = 0.6F, alpha = 0.25F;
+  const Values values = {code * alpha, code * alpha, code * alpha, alpha};
+  const Image image = read_image(store("pre.tif", spec, values));
+  const double linear = std::pow((0.6 + 0.055) / 1.055, 2.4) * 0.25;
+  EXPECT_NEAR(image.values[0], linear, 1e-4);
+}
+
+constexpr std::array<float, 8> ap0 = {0.7347F, 0.2653F, 0, 1, 0.0001F, -0.077F, 0.32168F, 0.33767F};
+
+OIIO::ImageSpec of_primaries(const std::array<float, 8>& primaries, const Names& channels) {
+  OIIO::ImageSpec spec(1, 1, int(channels.size()), OIIO::TypeDesc::FLOAT);
+  spec.channelnames = channels;
+  spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), primaries.data());
+  return spec;
+}
+
+TEST_F(StoredImageTest, PrimariesBecomeThoseOfRec709) {
+  // The matrix from ACES AP0 as the Academy's transforms have it, with Bradford's adaptation.
+  const Names channels = {"R", "G", "B", "diffuse.R", "diffuse.G", "diffuse.B"};
+  const Image image = read_image(store("ap0.exr", of_primaries(ap0, channels), {1, 1, 1, 1, 0, 0}));
+  EXPECT_EQ(image.channels, channels);
+  expect_near(image.values, {1, 1, 1, 2.52169F, -0.27648F, -0.01538F}, 2e-4F);
+  EXPECT_TRUE(has_note(image, "converted to Rec. 709"));
+}
+
+TEST_F(StoredImageTest, VariancesAreConvertedWithTheSquaresOfTheMatrix) {
+  const Names channels = {"R", "G", "B", "variance.R", "variance.G", "variance.B"};
+  const Image image = read_image(store("ap0.exr", of_primaries(ap0, channels), {0, 0, 0, 1, 0, 0}));
+  expect_near(image.values, {0, 0, 0, 6.35892F, 0.07644F, 0.00024F}, 1e-3F);
+}
+
+TEST_F(StoredImageTest, RoundedPrimariesOfRec709AreThoseOfRec709) {
+  const std::array<float, 8> rounded = {0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.3127F, 0.32902F};
+  const Image image =
+      read_image(store("same.exr", of_primaries(rounded, {"R", "G", "B"}), {1, 0.5F, 0}));
+  EXPECT_EQ(image.values, (Values{1, 0.5F, 0}));
+  EXPECT_TRUE(image.notes.empty());
+}
+
+TEST_F(StoredImageTest, LuminanceAndSubsampledChromaBecomeColours) {
+  const std::string file = (folder / "chroma.exr").string();
+  {
+    const std::vector<Imf::Rgba> pixels(64, Imf::Rgba(0.5F, 0.25F, 0.125F));
+    Imf::RgbaOutputFile output(file.c_str(), 8, 8, Imf::WRITE_YC);
+    output.setFrameBuffer(pixels.data(), 1, 8);
+    output.writePixels(8);
+  }
+  const Image image = read_image(file);
+  EXPECT_EQ(image.channels, (Names{"R", "G", "B"}));
+  ASSERT_EQ(image.values.size(), 192U);
+  // Half precision has 11 bits, and Y, RY and BY are rounded to fewer on the way.
+  for (size_t i = 0; i < 192; ++i) EXPECT_NEAR(image.values[i], 0.5 / double(1 << i % 3), 0.01);
+  EXPECT_TRUE(has_note(image, "chroma"));
+}
+
+TEST_F(StoredImageTest, OtherSubsampledChannelsAreRefused) {
+  const std::string file = (folder / "half_depth.exr").string();
+  {
+    const Values depth(4, 1.0F);
+    Imf::Header header(4, 4);
+    header.channels().insert("Z", Imf::Channel(Imf::FLOAT, 2, 2));
+    Imf::FrameBuffer buffer;
+    buffer.insert(
+        "Z", Imf::Slice(Imf::FLOAT, const_cast<char*>(reinterpret_cast<const char*>(depth.data())),
+                        4, 8, 2, 2));
+    Imf::OutputFile output(file.c_str(), header);
+    output.setFrameBuffer(buffer);
+    output.writePixels(4);
+  }
+  EXPECT_THROW(read_image(file), ImageError);
+}
+
+// Parts and sizes
+
+TEST_F(StoredImageTest, PartsThatWereNotReadAreNamed) {
+  const std::string file = (folder / "parts.exr").string();
+  const auto output = OIIO::ImageOutput::create(file);
+  std::vector<OIIO::ImageSpec> specs(3, OIIO::ImageSpec(1, 1, 1, OIIO::TypeDesc::FLOAT));
+  const Names names = {"left", "right", "depth"};
+  for (size_t i = 0; i < 3; ++i) specs[i].attribute("oiio:subimagename", names[i]);
+  ASSERT_TRUE(output->open(file, 3, specs.data()));
+  for (int i = 0; i < 3; ++i) {
+    if (i > 0) {
+      ASSERT_TRUE(output->open(file, specs[size_t(i)], OIIO::ImageOutput::AppendSubimage));
+    }
+    const auto value = float(i);
+    ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, &value));
+  }
+  ASSERT_TRUE(output->close());
+  const Image first = read_image(file);
+  EXPECT_EQ(first.part, "left");
+  EXPECT_EQ(first.other_parts, (Names{"right", "depth"}));
+  for (const char* part : {"right", "1"}) {
+    const Image second = read_image(file, part);
+    EXPECT_EQ(second.values, Values{1});
+    EXPECT_EQ(second.other_parts, (Names{"left", "depth"}));
+  }
+}
+
+TEST_F(StoredImageTest, LargePicturesOfOneColourAreGood) {
+  OIIO::ImageSpec spec(6000, 6000, 1, OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:BitsPerSample", 1);
+  spec.attribute("compression", "zip");
+  const fs::path file = store("black.tif", spec, Values(36'000'000));
+  EXPECT_LT(fs::file_size(file), 36'000'000U / 1000);
+  EXPECT_EQ(read_image(file).width, 6000);
+}
+
+TEST_F(StoredImageTest, WhatNeedsMoreThanHalfOfTheMemoryIsRefused) {
+  const fs::path file =
+      store("huge.exr", in_display(0, 0, 1, 1, 10'000'000, 10'000'000), Values{1});
+  try {
+    read_image(file);
+    FAIL();
+  } catch (const ImageError& error) {
+    EXPECT_NE(std::string(error.what()).find("half of the memory"), std::string::npos);
+  }
+}
+
+TEST_F(StoredImageTest, TheSamePictureIsTheSameBytesAndHasNoDate) {
+  const Image image{2, 1, {"R", "G", "B"}, {1, 2, 3, 4, 5, 6}, {}};
+  const auto bytes = [&] {
+    write_image(image, folder / "picture.exr");
+    std::ifstream stream(folder / "picture.exr", std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(stream), {}};
+  };
+  const std::string once = bytes();
+  EXPECT_EQ(bytes(), once);
+  EXPECT_EQ(once.find("capDate"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace plumb
