@@ -17,6 +17,7 @@
 #include <ImfThreading.h>
 
 #include <algorithm>
+#include <mutex>
 #include <thread>
 #include <tuple>
 
@@ -30,8 +31,10 @@ using Imath::Box2i;
 using Imath::V2i;
 
 void use_all_cores() {
-  const auto cores = static_cast<int>(std::thread::hardware_concurrency());
-  if (Imf::globalThreadCount() != cores) Imf::setGlobalThreadCount(cores);
+  static std::once_flag once;
+  std::call_once(once, [] {
+    Imf::setGlobalThreadCount(static_cast<int>(std::thread::hardware_concurrency()));
+  });
 }
 
 PixelWindow window(const Box2i& box) {
@@ -201,7 +204,7 @@ StoredImage read_exr(const fs::path& file, const std::string& part) {
       fail(file, "cannot decode", "deep images hold no plain picture");
     }
     read_header(header, stored);
-    check_memory(stored, file);
+    check_size(stored, file);
     read_pixels(input, number, file, stored);
   } catch (const Iex::BaseExc& error) {
     fail(file, problem, error.what());

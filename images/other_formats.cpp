@@ -117,7 +117,7 @@ StoredImage read(const fs::path& file, const std::string& format, const std::str
   Image& image = stored.image;
   image.part = parts.part;
   image.other_parts = parts.other_parts;
-  check_memory(stored, file);
+  check_size(stored, file);
   image.values.resize(spec.image_pixels() * static_cast<size_t>(spec.nchannels));
   if (!input->read_image(input->current_subimage(), 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT,
                          image.values.data())) {

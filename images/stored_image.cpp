@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace plumb {
 
@@ -28,8 +29,12 @@ int find_part(const std::vector<std::string>& names, const std::string& part,
   fail(file, fmt::format("no part '{}'", part), fmt::format("it has {}", fmt::join(known, ", ")));
 }
 
-void check_memory(const StoredImage& stored, const std::filesystem::path& file) {
+void check_size(const StoredImage& stored, const std::filesystem::path& file) {
   const PixelWindow frame = unite(stored.data, stored.display);
+  if (stored.image.channels.empty()) fail(file, "cannot decode", "it has no channels");
+  if (std::max(frame.width, frame.height) > std::numeric_limits<int>::max()) {
+    fail(file, "picture too large", fmt::format("{} x {} pixels", frame.width, frame.height));
+  }
   const double needed = double(frame.width) * double(frame.height) *
                         double(stored.image.channels.size()) * sizeof(float);
   const double half = 0.5 * double(::sysconf(_SC_PHYS_PAGES)) * double(::sysconf(_SC_PAGESIZE));

@@ -53,6 +53,13 @@ class Installation(unittest.TestCase):
         for scene in "cornell", "seed":
             self.assertIn(f"| {scene} | inverse-pi |", said)
 
+    def test_writes_and_reads_other_formats_than_exr(self):
+        plumb, picture = self.prefix / "bin" / "plumb", self.folder / "room.png"
+        self.run_command(plumb, "render", self.scenes / "stress" / "easy" / "room.xml", "--spp", "1",
+                         "--size", "8x8", "-o", picture)
+        said = self.run_command(plumb, "compare", picture, picture, accept=(0, 1))
+        self.assertIn("srgb, made linear", said)
+
     def test_has_scenes_and_pictures_alone(self):
         kinds = {file.suffix for file in self.scenes.rglob("*") if file.is_file()}
         self.assertEqual(kinds, {".xml", ".obj", ".exr", ".json"})
