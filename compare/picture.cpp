@@ -122,7 +122,8 @@ Names match(Picture& test, Picture& reference, const Names& wanted, bool negativ
   }
   for (Picture* picture : {&test, &reference}) {
     choose(*picture, channels);
-    refuse_poison(*picture, picture->value_channels, picture->image.values, negative);
+    refuse_poison(*picture, picture->value_channels, picture->image.values,
+                  negative || picture->image.is_converted);
     refuse_poison(*picture, picture->variance_channels, picture->noise_values(), false);
   }
   return channels;

@@ -123,6 +123,7 @@ void convert_primaries(StoredImage& stored) {
     for (int j = 0; j < 3; ++j) squares[i][j] = matrix[i][j] * matrix[i][j];
   }
   Image& image = stored.image;
+  image.is_converted = true;
   for (const std::array<size_t, 3>& places : colours_of(image.channels)) {
     const bool is_variance = image.channels[places[0]].starts_with("variance.");
     for_each_pixel(stored, [&](float* pixel, float) {

@@ -202,6 +202,7 @@ TEST_F(StoredImageTest, PrimariesBecomeThoseOfRec709) {
   EXPECT_EQ(image.channels, channels);
   expect_near(image.values, {1, 1, 1, 2.52169F, -0.27648F, -0.01538F}, 2e-4F);
   EXPECT_TRUE(has_note(image, "converted to Rec. 709"));
+  EXPECT_TRUE(image.is_converted);
 }
 
 TEST_F(StoredImageTest, VariancesAreConvertedWithTheSquaresOfTheMatrix) {
@@ -215,6 +216,7 @@ TEST_F(StoredImageTest, RoundedPrimariesOfRec709AreThoseOfRec709) {
   const Image image =
       read_image(store("same.exr", of_primaries(rounded, {"R", "G", "B"}), {1, 0.5F, 0}));
   EXPECT_EQ(image.values, (Values{1, 0.5F, 0}));
+  EXPECT_FALSE(image.is_converted);
   EXPECT_TRUE(image.notes.empty());
 }
 
