@@ -26,7 +26,7 @@ struct Image {
   std::vector<std::string> other_parts = {};  // of the file, which were not read
   std::vector<std::string> notes = {};        // what was converted or assumed, a sentence each
   bool is_converted = false;  // from other primaries: colours that Rec. 709 lacks are negative
-  int left = 0, top = 0;  // where the first pixel lies in the coordinates of the file's windows
+  int left = 0, top = 0;      // where the first pixel lies in the coordinates of the file's windows
 
   // The number of a pixel.
   size_t pixel(int x, int y) const { return size_t(y) * size_t(width) + size_t(x); }
