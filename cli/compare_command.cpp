@@ -20,6 +20,7 @@
 #include "compare/junit.h"
 #include "compare/maps.h"
 #include "compare/report.h"
+#include "compare/shared_samples.h"
 
 namespace plumb::cli {
 namespace {
@@ -38,6 +39,7 @@ struct Options {
   std::string part;
   std::vector<std::string> channels;
   bool negative = false;
+  bool other_scene = false;
   std::string regions;
   std::optional<Window> crop;
   Judgement judgement;
@@ -97,6 +99,8 @@ void add_options(CLI::App& command, Options& options) {
   add_plain(command, "--part", "NAME", options.part,
             "Part of the files (subimage), by name or number");
   command.add_flag("--negative", options.negative, "Negative values are no error");
+  command.add_flag("--other-scene", options.other_scene,
+                   "Compare even if the pictures say that their scenes differ");
   add_option(command, "--max-outliers", "N", judgement.max_outliers, parse_amount,
              "Pixels that may differ, such as those at a lamp's\n"
              "edge: '12', or '0.1%' of all (default: 0)");
@@ -125,10 +129,8 @@ std::string notes(const Picture& picture) {
     text += fmt::format("{}: {}\n", picture.side, picture.image.encoding);
   }
   if (!picture.knows_noise()) text += fmt::format("{}: noise not known\n", picture.side);
-  const double samples = picture.samples_per_pixel();
-  if (samples > 0.0 && samples < 16.0) {
-    text += fmt::format("{}: too few samples to know its noise: 'different' may be by chance\n",
-                        picture.side);
+  if (picture.has_few_samples()) {
+    text += fmt::format("{}: too few samples to know its noise\n", picture.side);
   }
   return text;
 }
@@ -175,6 +177,7 @@ Result compare_files(const Options& options) {
   };
   Picture test = read("test", options.test, options.test_replicates);
   Picture reference = read("reference", options.reference, options.reference_replicates);
+  if (!options.other_scene) refuse_other_scenes(test, reference);
   const auto channels = match(test, reference, options.channels, options.negative);
   Judgement judgement = options.judgement;
   std::string floor_note;

@@ -52,6 +52,12 @@ Image to_image(const Film& film, bool is_part) {
   return image;
 }
 
+Picture to_picture(const std::string& side, const Film& film) {
+  const auto has_samples = [](int64_t samples) { return samples > 0; };
+  const auto replicates = std::ranges::count_if(film.samples_per_replicate(), has_samples);
+  return to_picture(side, to_image(film, false), static_cast<int>(replicates));
+}
+
 Image to_image(const RegionMask& mask, const Camera& camera) {
   Image image{camera.width, camera.height, {"R", "G", "B"}, {}, {}};
   // An odd factor modulo 2^24 gives every index another colour.

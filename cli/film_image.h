@@ -2,6 +2,7 @@
 // needs, and the provenance.
 #pragma once
 
+#include "compare/picture.h"
 #include "images/image.h"
 #include "renderer/film.h"
 #include "renderer/region_mask.h"
@@ -16,6 +17,9 @@ namespace plumb {
 // Channels R G B and, if two replicates have samples, variance.R G B. A part of a render also gets
 // the mean of each replicate r that has samples, as replicate<r>.R G B.
 Image to_image(const Film& film, bool is_part);
+
+// The same for a comparison: its replicates are those that have samples.
+Picture to_picture(const std::string& side, const Film& film);
 
 // A colour for each region and black for none; the provenance says the regions' names.
 Image to_image(const RegionMask& mask, const Camera& camera);

@@ -99,7 +99,7 @@ std::optional<Trial> try_method(const Scene& scene, const Settings& settings, co
   const SampleTail tail = measure_tail(scene, settings, film, limits);
   const double by_chance =
       finds_lamps_by_chance(scene, settings.method) ? brightest_lamp(scene) : 0;
-  return Trial{.picture = to_picture("test", to_image(film, false), Film::replicates),
+  return Trial{.picture = to_picture("test", film),
                .program = "",
                .seconds = cost.wall_seconds,
                .samples = static_cast<double>(cost.samples),

@@ -9,6 +9,8 @@
 #include <tuple>
 #include <utility>
 
+#include "compare/shared_samples.h"
+
 namespace plumb {
 namespace {
 
@@ -85,7 +87,7 @@ class Judge {
         Comparison& result)
       : test_(test), reference_(reference), judgement_(judgement), result_(result) {
     for (size_t c = 0; c < sums.image.size(); ++c) {
-      criteria_.push_back({0.0, 0.0, result.knows_noise, noise_ratio(sums, c)});
+      criteria_.push_back({0.0, 0.0, result.knows_noise, noise_ratio(sums, c), result.is_paired});
       set_tolerance(sums.image[c], criteria_[c], true);
       result.floors.push_back(criteria_[c].floor);
       set_tolerance(sums.image[c], criteria_[c]);
@@ -121,7 +123,7 @@ class Judge {
       const bool is_different = finding.estimate.verdict == Verdict::different;
       if (!is_different && all == nullptr) continue;
       if (all != nullptr || is_among_clearest(finding, level.worst)) {
-        finding.estimate.confidence = result_.knows_noise ? confidence(pools[i]) : 0.0;
+        finding.estimate.confidence = known_confidence(pools[i]);
       }
       if (all != nullptr) all->push_back(finding);
       if (!is_different) continue;
@@ -182,7 +184,7 @@ class Judge {
     }
     if (rest.pixels == 0.0) return;
     result_.without_fireflies = criteria_[all].estimate(rest, critical_for(1));
-    result_.without_fireflies.confidence = result_.knows_noise ? confidence(rest) : 0.0;
+    result_.without_fireflies.confidence = known_confidence(rest);
   }
 
   // The verdict, and what would decide it.
@@ -203,8 +205,11 @@ class Judge {
       for (const Finding& f : *findings) is_same &= f.estimate.verdict == Verdict::same;
     }
     if (is_same) result_.verdict = Verdict::same;
-    if (is_different || has_outliers) result_.verdict = Verdict::different;
-    result_.is_same_but_for_pixels = is_same && !is_different && has_outliers;
+    if (!is_different && !has_outliers) return;
+    result_.is_doubtful =
+        !result_.is_paired && (test_.has_few_samples() || reference_.has_few_samples());
+    result_.verdict = result_.is_doubtful ? Verdict::inconclusive : Verdict::different;
+    result_.is_same_but_for_pixels = is_same && !is_different && !result_.is_doubtful;
   }
 
  private:
@@ -215,6 +220,11 @@ class Judge {
     const auto radiance = [&](const Amount& a) { return a.value * (a.is_relative ? mean : 1.0); };
     criterion.tolerance = radiance(judgement_.tolerance);
     criterion.floor = floor ? radiance(*floor) : 0.0;
+  }
+
+  double known_confidence(const Pool& pool) const {
+    if (!result_.knows_noise) return 0.0;
+    return result_.is_paired ? paired_confidence(pool) : confidence(pool);
   }
 
   // For each level's share of the false alarms.
@@ -294,7 +304,8 @@ Comparison compare(const Picture& test, const Picture& reference,
   tbb::parallel_for(size_t{0}, channels.size(),
                     [&](size_t c) { find_extremes(test, reference, window, c, result.errors[c]); });
   const int known = int{test.knows_noise()} + int{reference.knows_noise()};
-  result.knows_noise = known == 2 || (known == 1 && judgement.floor);
+  result.is_paired = are_paired(test, reference);
+  result.knows_noise = result.is_paired || known == 2 || (known == 1 && judgement.floor);
   Judge judge(test, reference, judgement, sums, result);
   const auto name_region = [&](int i, Finding& f) {
     f.name = regions.names[static_cast<size_t>(i)];
@@ -304,7 +315,7 @@ Comparison compare(const Picture& test, const Picture& reference,
       Unit::image, sums.image, [&](int, Finding& f) { f.window = window; }, &result.image);
   judge.judge_pools(Unit::region, sums.regions, name_region, &result.regions);
   if (result.knows_noise) judge.judge_pools(Unit::block, sums.blocks, locate_block, nullptr);
-  judge.judge_pixels(window);
+  if (known == 2 || !result.is_paired) judge.judge_pixels(window);
   judge.find_fireflies(sums, window);
   result.errors.push_back(mean(result.errors));
   judge.conclude();

@@ -75,9 +75,11 @@ struct Comparison {
   std::vector<Errors> errors;              // one for each of the channels
   std::vector<double> tolerances, floors;  // radiance, for each channel over the image
   bool knows_noise = false;
+  bool is_paired = false;               // both took the same samples
   std::vector<Finding> image, regions;  // a finding for each channel (of each region)
   std::vector<Level> levels;
   bool is_same_but_for_pixels = false;  // more pixels differ than are allowed to, and nothing else
+  bool is_doubtful = false;  // something differs, but there are few samples, which may deceive
   Verdict verdict = Verdict::inconclusive;
   double samples_factor = 1;   // this many times the samples would lead to a decision
   int64_t fireflies = 0;       // how many pixels outshine their surroundings
@@ -93,6 +95,13 @@ struct Comparison {
 // are accounted for. It is `same` if the averages of the image and of all regions surely differ by
 // less. Where the noise of either picture is not known and no floor is stated, every pixel is held
 // against the tolerance instead.
+//
+// Pictures with the same samples (are_paired()) are judged by the scatter of their differences
+// instead of the noise that either claims, whether they claim any or not. Single pixels have no
+// scatter: they are judged by the claimed noise as ever, or not at all where none is claimed.
+//
+// Where either picture has few samples (Picture::has_few_samples()) and they are not paired, the
+// verdict is `inconclusive` instead of `different`.
 //
 // A firefly is a pixel that differs by more than the tolerance, whose squared difference is more
 // than half of the sum over its block and more than 64 times the mean over the typical block.

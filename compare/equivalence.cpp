@@ -10,6 +10,18 @@ namespace plumb {
 
 namespace math = boost::math;
 
+namespace {
+
+// Of the mean of the pixels' differences, by their scatter around it.
+double paired_standard_error(const Pool& pool) {
+  if (pool.pixels < 2.0) return std::sqrt(pool.squares);
+  const double sum = pool.test - pool.reference;
+  const double scatter = std::max(pool.squares - sum * sum / pool.pixels, 0.0);
+  return std::sqrt(scatter / (pool.pixels * (pool.pixels - 1.0)));
+}
+
+}  // namespace
+
 const char* to_string(Verdict verdict) {
   constexpr const char* words[] = {"same", "different", "trouble", "inconclusive"};
   return words[static_cast<size_t>(verdict)];
@@ -51,6 +63,11 @@ double confidence(const Pool& pool, double false_alarm) {
   return quantile(complement(student, false_alarm / 2.0)) * std::sqrt(variance) / pool.pixels;
 }
 
+double paired_confidence(const Pool& pool, double false_alarm) {
+  const math::students_t student(std::max(pool.pixels - 1.0, 1.0));
+  return quantile(complement(student, false_alarm / 2.0)) * paired_standard_error(pool);
+}
+
 double unseen_margin(double brightest, double samples, double false_alarm) {
   return 7.0 / 3.0 * brightest * std::log(2.0 / false_alarm) / samples;
 }
@@ -63,10 +80,13 @@ Estimate Criterion::estimate(const Pool& pool, double critical) const {
   result.difference = result.test - result.reference;
   result.visible = tolerance + floor;
   if (knows_noise) {
+    // Equal pixels have the same samples, even if they don't say so.
+    const bool paired = is_paired || pool.squares == 0.0;
     const double claimed = pool.test_variance + pool.reference_variance;
     const double cautious =
-        cautious_variance(pool.test_variance, pool.reference_variance, noise_ratio);
-    result.standard_error = std::sqrt(claimed) / n;
+        paired ? pool.squares
+               : cautious_variance(pool.test_variance, pool.reference_variance, noise_ratio);
+    result.standard_error = paired ? paired_standard_error(pool) : std::sqrt(claimed) / n;
     result.margin = critical * std::sqrt(std::max(cautious, pool.squares)) / n;
     // A bias b adds n b^2 to the squares, so that fewer than critical^2 pixels never show it.
     const double room = n - critical * critical;
@@ -75,6 +95,7 @@ Estimate Criterion::estimate(const Pool& pool, double critical) const {
                                  : std::numeric_limits<double>::infinity();
   }
   judge(result);
+  if (pool.squares == 0.0) result.verdict = Verdict::same;
   return result;
 }
 

@@ -13,7 +13,8 @@ const char* to_string(Verdict verdict);
 struct Estimate {
   double test = 0, reference = 0;
   double difference = 0;      // test - reference
-  double standard_error = 0;  // of the difference, by the variances that the pictures claim
+  double standard_error = 0;  // of the difference, by the variances that the pictures claim; if
+                              // they are paired, by how the pixels' differences scatter
   double confidence = 0;      // half the width of the difference's 95 % confidence interval
   double margin = 0;          // the same for all tests of the comparison at once
   double visible = 0;         // a bias of this size is found with a probability of 95 %
@@ -27,9 +28,10 @@ struct Criterion {
   double floor = 0;          // radiance by which the pictures may be wrong beside their noise
   bool knows_noise = false;  // if not, all margins are 0
   double noise_ratio = 1;    // the typical variance of the test over that of the reference
+  bool is_paired = false;    // both have the same samples: the differences alone tell their noise
 
   // Estimates and judges a difference; leaves only the confidence at 0. `critical` is the
-  // critical_value() of the test.
+  // critical_value() of the test. Where all pixels are equal the verdict is `same`.
   Estimate estimate(const Pool& pool, double critical) const;
 
   // Sets the verdict and the excess by difference and margin: same if the interval difference +-
@@ -52,6 +54,10 @@ double critical_value(double false_alarm, double tests);
 // probability `false_alarm`: by the claimed variances, which are noisy themselves, so by Student's
 // t with the degrees of freedom of Welch and Satterthwaite.
 double confidence(const Pool& pool, double false_alarm = 0.05);
+
+// The same for pictures with the same samples, whose noise is not the sum of two: by Student's t
+// for the pixels' differences.
+double paired_confidence(const Pool& pool, double false_alarm = 0.05);
 
 // How far a mean of `samples` samples may lie below its expectation, except with the probability
 // `false_alarm`, because none of them was one of the rare bright ones; their variance does not

@@ -82,9 +82,17 @@ void choose(Picture& picture, const Names& channels) {
 
 }  // namespace
 
+bool Picture::has_few_samples() const {
+  const double files = file_variances.empty() ? 1.0 : degrees_of_freedom + 1.0;
+  const double samples = files * samples_per_pixel();
+  return samples > 0.0 && samples < enough_samples;
+}
+
 Picture to_picture(const std::string& side, Image image, std::optional<int> replicates) {
-  if (!replicates) replicates = image.provenance.replicates;
-  const double degrees_of_freedom = std::max(replicates.value_or(2), 2) - 1;
+  double count = replicates.value_or(image.provenance.replicates.value_or(2));
+  const double samples = image.provenance.samples_per_pixel();
+  if (samples > 0.0) count = std::min(count, samples);
+  const double degrees_of_freedom = std::max(count, 2.0) - 1.0;
   return {.side = side, .image = std::move(image), .degrees_of_freedom = degrees_of_freedom};
 }
 

@@ -42,12 +42,19 @@ struct Picture {
     return file_variances.empty() ? image.values : file_variances;
   }
 
-  // 0 if the file does not tell.
+  // 0 if the file does not tell. Of several files, those of one.
   double samples_per_pixel() const { return image.provenance.samples_per_pixel(); }
+
+  // Whether it says that it has so few samples per pixel, of all files, that all of them may have
+  // missed the same light: then the noise that it claims is less than it has.
+  bool has_few_samples() const;
 };
 
+// The least that are not few.
+constexpr double enough_samples = 16;
+
 // Makes a picture from an image whose variances are from so many replicates. If that is not given,
-// the image's metadata may tell; else two are assumed.
+// the image's metadata may tell; else two are assumed. There are no more replicates than samples.
 Picture to_picture(const std::string& side, Image image, std::optional<int> replicates = {});
 
 // Reads a picture. Several files are renders of the same scene with different seeds and equally

@@ -180,6 +180,17 @@ double least_tolerance(const Comparison& comparison) {
   return least;
 }
 
+// What differs most.
+std::string clearest(const Comparison& comparison) {
+  const auto clearness = [](const Level& level) {
+    return level.worst.empty() ? 0.0 : level.worst.front().estimate.excess;
+  };
+  const Level& level = *std::ranges::max_element(comparison.levels, {}, clearness);
+  const Finding& f = level.worst.front();
+  return fmt::format("{} {} has {} in {} ({:.4g}, not {:.4g})", to_string(level.unit), place(f),
+                     bias(f.estimate), f.channel, f.estimate.test, f.estimate.reference);
+}
+
 std::string reason(const Comparison& comparison, double samples_per_pixel) {
   const Estimate& whole = comparison.image.back().estimate;
   const double tolerance = comparison.tolerances.back();
@@ -191,15 +202,12 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
         "the means differ by less than {}, but not {}; --max-outliers lets them pass", tolerated,
         but);
   }
-  if (comparison.verdict == Verdict::different) {
-    const auto clearness = [](const Level& level) {
-      return level.worst.empty() ? 0.0 : level.worst.front().estimate.excess;
-    };
-    const Level& level = *std::ranges::max_element(comparison.levels, {}, clearness);
-    const Finding& f = level.worst.front();
-    return fmt::format("{} {} has {} in {} ({:.4g}, not {:.4g})", to_string(level.unit), place(f),
-                       bias(f.estimate), f.channel, f.estimate.test, f.estimate.reference);
+  if (comparison.verdict == Verdict::different) return clearest(comparison);
+  if (comparison.is_doubtful) {
+    return fmt::format("{}, but of fewer than {} samples per pixel all may have missed some light",
+                       clearest(comparison), enough_samples);
   }
+  if (comparison.errors.back().max == 0.0) return "all pixels are equal";
   if (comparison.verdict == Verdict::same) {
     return "the means differ by less than " + tolerated + (but.empty() ? "" : ", but for " + but);
   }
@@ -222,6 +230,9 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
 std::string explain(const Comparison& comparison, const ComparedFiles& files) {
   std::string text = fmt::format("{}: {}\n", to_string(comparison.verdict),
                                  reason(comparison, files.samples_per_pixel));
+  if (comparison.is_paired) {
+    text += "Paired: both took the same samples, so that the noise is that of their differences.\n";
+  }
   if (!comparison.knows_noise) {
     return text + "Without the noise of both pictures this was a plain check of every pixel.\n";
   }
@@ -248,6 +259,7 @@ Json to_json(const Comparison& comparison, const ComparedFiles& files) {
       {"verdict", to_string(comparison.verdict)},
       {"explanation", explain(comparison, files)},
       {"knowsNoise", comparison.knows_noise},
+      {"paired", comparison.is_paired},
       {"samplesFactor", comparison.samples_factor},
       {"window", to_json(comparison.window)},
       {"fireflies",

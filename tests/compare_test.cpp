@@ -59,6 +59,13 @@ Picture render(uint64_t seed, int samples, const Truth& truth = uniform_truth,
   return picture;
 }
 
+// Says that the picture was drawn with this seed, by our program.
+Picture drawn(uint64_t seed, Picture picture) {
+  picture.image.provenance.sampler = "independent";
+  picture.image.provenance.seed = static_cast<int>(seed);
+  return picture;
+}
+
 // Without noise, and without a word about it.
 Picture exact(const Truth& truth) {
   Picture picture{"test", {side, side, {"R", "G", "B"}, {}, {}}, {}, {}, {}};
@@ -187,6 +194,27 @@ TEST(Verdict, IsSameWithinTheToleranceDifferentBeyondElseInconclusive) {
   EXPECT_EQ(verdict(1.01, 0.001), Verdict::different);
 }
 
+// A picture of 4 samples that all miss what the 64 of the reference meet would claim no noise.
+TEST(Verdict, FewSamplesAreInconclusiveWhereMoreAreDifferent) {
+  const auto verdict = [](int test, int reference) {
+    return judge(render(1, test, [](int, int) { return 1.5; }), render(2, reference)).verdict;
+  };
+  EXPECT_EQ(verdict(16, 64), Verdict::different);
+  EXPECT_EQ(verdict(12, 64), Verdict::inconclusive);
+  EXPECT_EQ(verdict(64, 12), Verdict::inconclusive);
+  EXPECT_EQ(
+      judge(drawn(1, render(1, 4, [](int, int) { return 1.5; })), drawn(1, render(1, 4))).verdict,
+      Verdict::different);
+}
+
+TEST(Replicates, AreNoMoreThanTheSamples) {
+  for (const auto& [samples, freedom] :
+       {std::pair{"0:2", 1}, {"5:8", 2}, {"0:4", 3}, {"0:64", 3}}) {
+    Image image{1, 1, {"Y"}, {1}, {.samples = samples, .replicates = 4}};
+    EXPECT_EQ(to_picture("test", std::move(image)).degrees_of_freedom, freedom) << samples;
+  }
+}
+
 TEST(Verdict, SaysHowManySamplesWouldDecide) {
   const auto compare_with = [](int samples) {
     return judge(render(3, samples), render(4, samples), tolerating(0.01));
@@ -209,6 +237,104 @@ TEST(Verdict, BiasThatItClaimsToSeeIsSeen) {
     seen += level(comparison, Unit::image).different > 0;
   }
   EXPECT_GE(seen, 34);  // of 40, with 95 % each: fewer in 1 % of all cases
+}
+
+// Shared samples
+
+TEST(EqualPixels, AreTheSameAtAnyTolerance) {
+  for (const double tolerance : {0.0, 0.001}) {
+    for (const bool is_known : {false, true}) {
+      const auto picture = [&] { return is_known ? drawn(1, render(1, 16)) : render(1, 16); };
+      const auto comparison = judge(picture(), picture(), tolerating(tolerance));
+      EXPECT_EQ(comparison.verdict, Verdict::same);
+      EXPECT_EQ(comparison.is_paired, is_known);
+      EXPECT_EQ(level(comparison, Unit::image).visible, tolerance);
+    }
+  }
+}
+
+TEST(EqualPixels, AreTheSameWhateverTheFloor) {
+  Judgement judgement = tolerating(0.001);
+  judgement.floor = Amount{0.003, true};
+  EXPECT_EQ(judge(render(1, 16), render(1, 16), judgement).verdict, Verdict::same);
+}
+
+// A factor of 0.1 % on every sample, of which two renders with other seeds would need 0.5^2 2 / 16
+// / 4096 / (0.001 / 4.5)^2 = 150 times as many.
+TEST(Paired, SeesAFactorOfAThousandthWithSixteenSamples) {
+  Picture brighter = drawn(1, render(1, 16));
+  for (float& value : brighter.image.values) value *= 1.001F;
+  const Picture reference = drawn(1, render(1, 16));
+  for (const auto& [tolerance, verdict] : {std::pair{0.0, Verdict::different},
+                                           {0.0009, Verdict::different},
+                                           {0.0011, Verdict::same}}) {
+    const auto comparison = judge(brighter, reference, tolerating(tolerance));
+    EXPECT_TRUE(comparison.is_paired);
+    EXPECT_EQ(comparison.verdict, verdict) << tolerance;
+    // The scatter is that of 0.001 times a pixel.
+    EXPECT_NEAR(comparison.image[0].estimate.standard_error, 0.001 * 0.125 / side,
+                0.1 * 0.001 * 0.125 / side);
+  }
+  EXPECT_EQ(judge(brighter, drawn(2, render(2, 16)), tolerating(0.0009)).verdict,
+            Verdict::inconclusive);
+}
+
+TEST(Paired, SeesAFaultInARegionWhereItIs) {
+  const Truth fault = [](int x, int y) { return x / 8 == 3 && y / 8 == 5 ? 1.001 : 1.0; };
+  const auto comparison =
+      judge(drawn(1, render(1, 16, fault)), drawn(1, render(1, 16)), tolerating(0));
+  EXPECT_EQ(comparison.verdict, Verdict::different);
+  const Level& blocks = level(comparison, Unit::block);
+  EXPECT_EQ(blocks.different, 1);
+  EXPECT_EQ(blocks.worst.front().window.x, 24);
+  EXPECT_EQ(blocks.worst.front().window.y, 40);
+}
+
+TEST(Paired, TakesRoundingForTheSame) {
+  for (uint64_t seed = 0; seed < 40; ++seed) {
+    Random random(seed + 1000);
+    Picture rounded = drawn(seed, render(seed, 16));
+    for (float& value : rounded.image.values) {
+      value *= 1.0F + float(std::uniform_int_distribution(-1, 1)(random)) * 1.2e-7F;
+    }
+    const Picture reference = drawn(seed, render(seed, 16));
+    EXPECT_EQ(judge(rounded, reference, tolerating(1e-7)).verdict, Verdict::same);
+  }
+}
+
+// Rounding sends one path in a hundred another way, in either version: the differences are rare and
+// large, and as likely up as down. As with other seeds, a third alarm has a probability of 0.002.
+TEST(Paired, PathsThatGoAnotherWayAreNoDifference) {
+  int alarms = 0;
+  for (uint64_t seed = 0; seed < 240; ++seed) {
+    const Noise& noise = seed % 2 == 0 ? Noise(normal) : Noise(firefly);
+    const int samples = seed % 3 == 0 ? 4 : seed % 3 == 1 ? 16 : 64;
+    const auto version = [&](uint64_t number) {
+      Random own(1000 * seed + number);
+      return drawn(seed, render(seed, samples, uniform_truth, [&](Random& shared) {
+                     const double value = noise(shared);
+                     return std::bernoulli_distribution(0.01)(own) ? noise(own) : value;
+                   }));
+    };
+    alarms += judge(version(1), version(2), tolerating(0)).verdict == Verdict::different;
+  }
+  EXPECT_LE(alarms, 2);
+}
+
+TEST(Paired, AreOnlyPicturesOfTheSameSamples) {
+  const auto is_paired = [](auto change) {
+    Picture test = drawn(1, render(1, 16));
+    change(test.image.provenance);
+    return judge(test, drawn(1, render(1, 16)), {}).is_paired;
+  };
+  EXPECT_TRUE(is_paired([](Provenance&) {}));
+  EXPECT_TRUE(is_paired([](Provenance& made) { made.version = "another"; }));
+  EXPECT_TRUE(is_paired([](Provenance& made) { made.precision = "double"; }));
+  EXPECT_FALSE(is_paired([](Provenance& made) { made.seed = 2; }));
+  EXPECT_FALSE(is_paired([](Provenance& made) { made.seed.reset(); }));
+  EXPECT_FALSE(is_paired([](Provenance& made) { made.samples = "0:17"; }));
+  EXPECT_FALSE(is_paired([](Provenance& made) { made.sampler = "sobol"; }));
+  EXPECT_FALSE(is_paired([](Provenance& made) { made.method = "bsdf"; }));
 }
 
 // Places
