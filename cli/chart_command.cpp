@@ -24,7 +24,7 @@ are runs, of whose seconds the median counts. Seconds are of rendering alone.
 Exit codes: 0 done, 2 trouble (the other pictures still count).)");
   command.callback([=, &exit_code] {
     Study study(read_picture("reference", {options->reference}, ""));
-    exit_code = add_pictures(study, options->pictures) ? 0 : 2;
+    exit_code = add_pictures(study, *options) ? 0 : 2;
     present(speed_and_accuracy(study), *options);
   });
 }

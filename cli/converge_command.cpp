@@ -76,8 +76,10 @@ void add_options(CLI::App& command, Options& options) {
 
 bool is_scene(const std::string& file) { return file.ends_with(".xml"); }
 
-// The settings of all renders, with their number of samples; every one has another seed.
-std::vector<std::pair<Settings, int64_t>> plan(const Options& options) {
+// The settings of all renders, with their number of samples; every one has another seed, and none
+// that of the reference.
+std::vector<std::pair<Settings, int64_t>> plan(const Options& options,
+                                               const std::optional<int>& taken) {
   std::vector<std::pair<Settings, int64_t>> renders;
   for (const Method method : options.methods) {
     for (const Sampler sampler : options.samplers) {
@@ -87,6 +89,7 @@ std::vector<std::pair<Settings, int64_t>> plan(const Options& options) {
       settings.seed = 1;
       for (int64_t n = options.spp.first; n <= options.spp.second; n *= 2) {
         for (int run = 0; run < options.runs; ++run, ++settings.seed) {
+          if (taken && settings.seed == static_cast<uint32_t>(*taken)) ++settings.seed;
           renders.emplace_back(settings, n);
         }
       }
@@ -127,7 +130,7 @@ void render_all(Options options, Study& study) {
   if (!options.keep.empty()) fs::create_directories(options.keep);
   listen_for_interrupts();
   ProgressLine line;
-  const auto renders = plan(options);
+  const auto renders = plan(options, study.reference().image.provenance.seed);
   for (size_t done = 0; const auto& [settings, samples] : renders) {
     line.show(fmt::format("{} of {} renders: {} {}, {} spp", ++done, renders.size(),
                           to_word(settings.method, method_words),
@@ -135,8 +138,9 @@ void render_all(Options options, Study& study) {
     auto image = picture_of(scene, settings, samples, options.keep);
     if (!image) return;
     Picture picture = to_picture("picture", std::move(*image));
-    const Label label = label_of(picture);
-    study.add(std::move(picture), label);
+    Label label = label_of(picture);
+    label.file = fmt::format("{}, {}, seed {}", label.series, label.step, settings.seed);
+    add_picture(study, std::move(picture), label, options.study);
   }
 }
 
@@ -146,7 +150,7 @@ int run(const Options& options) {
   if (is_scene(options.study.pictures.front())) {
     render_all(options, study);
   } else {
-    is_complete = add_pictures(study, options.study.pictures);
+    is_complete = add_pictures(study, options.study);
   }
   present(convergence(study), options.study);
   if (stop_signal != 0) return 128 + stop_signal;

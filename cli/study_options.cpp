@@ -4,8 +4,10 @@
 
 #include <filesystem>
 #include <sstream>
+#include <utility>
 
 #include "cli/names.h"
+#include "compare/shared_samples.h"
 
 namespace plumb::cli {
 namespace {
@@ -24,15 +26,17 @@ Label parse_label(const std::string& words, const Picture& picture) {
   return label;
 }
 
-void add_picture(Study& study, const std::string& text) {
+void add_file(Study& study, const std::string& text, const StudyOptions& options) {
   const size_t sign = std::filesystem::exists(text) ? std::string::npos : text.rfind('=');
-  Picture picture = read_picture("picture", {text.substr(0, sign)}, "");
-  const Label label =
+  const std::string file = text.substr(0, sign);
+  Picture picture = read_picture("picture", {file}, "");
+  Label label =
       sign == std::string::npos ? label_of(picture) : parse_label(text.substr(sign + 1), picture);
   if (label.series.empty()) {
     throw ImageError("doesn't tell what made it: say FILE=SERIES,SPP,SECONDS");
   }
-  study.add(std::move(picture), label);
+  label.file = file;
+  add_picture(study, std::move(picture), label, options);
 }
 
 }  // namespace
@@ -45,13 +49,20 @@ void add_study_options(CLI::App& command, StudyOptions& options) {
       ->type_name("FILE");
   command.add_option("--json", options.json, "All numbers; '-' for standard output alone")
       ->type_name("FILE");
+  command.add_flag("--other-scene", options.other_scene,
+                   "Take pictures that say that they are of another scene");
 }
 
-bool add_pictures(Study& study, const std::vector<std::string>& pictures) {
+void add_picture(Study& study, Picture picture, const Label& label, const StudyOptions& options) {
+  if (!options.other_scene) refuse_other_scenes(picture, study.reference());
+  study.add(std::move(picture), label);
+}
+
+bool add_pictures(Study& study, const StudyOptions& options) {
   bool is_complete = true;
-  for (const std::string& picture : pictures) {
+  for (const std::string& picture : options.pictures) {
     try {
-      add_picture(study, picture);
+      add_file(study, picture, options);
     } catch (const std::exception& error) {
       fmt::print(stderr, "plumb: {}: {}; left out\n", picture, error.what());
       is_complete = false;

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 
 namespace plumb {
 namespace {
@@ -66,6 +66,12 @@ std::string about_reference(const Study& study) {
                      percent(std::sqrt(noise)));
 }
 
+std::vector<std::string> first_sentences(const Study& study) {
+  std::vector<std::string> sentences = study.left_out();
+  sentences.insert(sentences.begin(), about_reference(study));
+  return sentences;
+}
+
 // Where the reference is the noisier one.
 void add_noise_sentence(const Study& study, const Series& series, Exhibit& exhibit) {
   const double noise = study.reference_noise().back();
@@ -80,7 +86,7 @@ std::optional<Convergence> fit(const Study& study, const Series& series, size_t 
                                std::string& problem) {
   try {
     return study.convergence(series, channel);
-  } catch (const std::invalid_argument& error) {
+  } catch (const std::exception& error) {
     problem = error.what();
     return {};
   }
@@ -208,7 +214,7 @@ Exhibit convergence(const Study& study) {
                   {"series", "channel", "noise falls as N^-p, p =", "floor",
                    "of it the reference's noise", "bias", "relMSE of one sample"},
                   {},
-                  {about_reference(study)},
+                  first_sentences(study),
                   Json::array()};
   for (Series& series : all) {
     std::erase_if(series.points, [](const Point& p) { return p.label.samples == 0.0; });
@@ -227,7 +233,7 @@ Exhibit speed_and_accuracy(const Study& study) {
                   {"series", "start-up", "variance x time", "to the best", "to 1 %", "to the best",
                    "to 0.1 %", "to the best"},
                   {},
-                  {about_reference(study)},
+                  first_sentences(study),
                   Json::array()};
   std::vector<std::pair<Series, Efficiency>> efficiencies;
   Efficiency best;

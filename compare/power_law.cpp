@@ -155,6 +155,14 @@ PowerLaw fit_power_law(const std::vector<Observation>& observations,
     throw std::invalid_argument(
         "a fit needs four pictures or more, with three different numbers of samples");
   }
+  const auto is_fit = [](const Observation& o) { return o.error > 0.0 && std::isfinite(o.error); };
+  if (!std::ranges::all_of(observations, is_fit)) {
+    throw std::invalid_argument("a fit needs errors above 0");
+  }
+  const auto [least, largest] = std::ranges::minmax(observations, {}, &Observation::error);
+  if (least.error == largest.error) {
+    throw std::invalid_argument("its error is the same with any number of samples");
+  }
   Regression regression(observations, floor);
   const bool shows_scatter = observations.size() >= counts.size() + 10;
   const Regression::Line line =
@@ -175,7 +183,6 @@ PowerLaw fit_power_law(const std::vector<Observation>& observations,
   const auto floor_excess = [&](double other) {
     return regression.with_floor(other).best_line().residual_squares - allowed;
   };
-  const auto [least, largest] = std::ranges::minmax(observations, {}, &Observation::error);
   const double step = 1e-3 * least.error;
   law.floor.low = profile_bound(floor_excess, line.floor, -step, -largest.error);
   law.floor.high = profile_bound(floor_excess, line.floor, step, largest.error);

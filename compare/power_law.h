@@ -36,7 +36,8 @@ struct PowerLaw {
 // exponent as soon as there is a floor.
 //
 // If `floor` is given, the floor is known to be that. Throws std::invalid_argument unless there are
-// at least four observations, with three different numbers of samples.
+// at least four observations, with three different numbers of samples, and unless all errors are
+// above 0 and not all the same.
 PowerLaw fit_power_law(const std::vector<Observation>& observations,
                        const std::optional<double>& floor = {});
 

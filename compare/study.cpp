@@ -1,6 +1,7 @@
 #include "compare/study.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "compare/shared_samples.h"
 #include "compare/sums.h"
 #include "images/relative_error.h"
 #include "images/replicates.h"
@@ -106,6 +108,14 @@ void Study::add(Picture picture, const Label& label) {
   }
   const Image& image = picture.image;
   const Sums sums = add_up(picture, reference_, {0, 0, image.width, image.height}, {});
+  const auto is_equal = [](const Pool& pool) { return pool.squares == 0.0; };
+  if (std::ranges::all_of(sums.image, is_equal)) {
+    return left_out_.push_back(label.file +
+                               ": left out, as it has the same pixels as the reference.");
+  }
+  if (share_samples(picture, reference_)) {
+    return left_out_.push_back(label.file + ": left out, as it shares samples with the reference.");
+  }
   Render render{label, {}};
   for (size_t c = 0; c < channels.size(); ++c) {
     render.errors.push_back(sums.image[c].relative / sums.image[c].pixels);
@@ -117,7 +127,10 @@ void Study::add(Picture picture, const Label& label) {
 }
 
 std::vector<Series> Study::series() const {
-  if (series_.empty()) throw ImageError("no picture could be held against the reference");
+  if (series_.empty()) {
+    throw ImageError(fmt::format("no picture could be held against the reference\n{}",
+                                 fmt::join(left_out_, "\n")));
+  }
   std::vector<Series> all = series_;
   for (Series& series : all) {
     std::map<std::pair<double, std::string>, std::vector<const Render*>> steps;

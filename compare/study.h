@@ -18,6 +18,7 @@ struct Label {
   double samples = 0;          // per pixel; 0: not known
   double seconds = 0;          // of rendering alone; 0: not known
   double startup_seconds = 0;  // of the program before and after; 0: not known
+  std::string file = {};       // or what else sentences call the picture
 };
 
 Label label_of(const Picture& picture);
@@ -61,8 +62,15 @@ class Study {
  public:
   explicit Study(Picture reference) : reference_(std::move(reference)) {}
 
-  // Adds a render. Throws ImageError if it can't be compared with the reference.
+  const Picture& reference() const { return reference_; }
+
+  // Adds a render. It is left out, with a sentence, if it is the reference, or if it shares samples
+  // with it: then the two have part of their noise in common, and their difference is less than the
+  // error. Throws ImageError if it can't be compared with the reference.
   void add(Picture picture, const Label& label);
+
+  // A sentence for each render that was left out.
+  const std::vector<std::string>& left_out() const { return left_out_; }
 
   // The names of the compared channels, and "all" for their mean.
   const std::vector<std::string>& channels() const { return channels_; }
@@ -84,6 +92,7 @@ class Study {
   std::vector<std::string> channels_;
   std::vector<double> noise_, noise_deviations_;
   std::vector<Series> series_;
+  std::vector<std::string> left_out_;
 };
 
 }  // namespace plumb

@@ -80,6 +80,13 @@ TEST(PowerLaw, NeedsThreeCountsAndFourPictures) {
   EXPECT_NO_THROW(fit_power_law({{1, 1}, {1, 1.1}, {2, 0.5}, {4, 0.2}}));
 }
 
+TEST(PowerLaw, NeedsErrorsThatTellSomething) {
+  EXPECT_THROW(fit_power_law({{1, 1}, {2, 1}, {4, 1}, {8, 1}}), std::invalid_argument);
+  EXPECT_THROW(fit_power_law({{1, 1}, {2, 0.5}, {4, 0.2}, {8, 0}}), std::invalid_argument);
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(fit_power_law({{1, 1}, {2, 0.5}, {4, unknown}, {8, 0.2}}), std::invalid_argument);
+}
+
 TEST(PowerLaw, HasNoTroubleWithErrorsThatRise) {
   const PowerLaw law = fit_power_law({{1, 1}, {1, 1.1}, {2, 1.3}, {4, 1.2}, {8, 1.6}});
   EXPECT_TRUE(std::isfinite(law.exponent.low) && std::isfinite(law.floor.high));
@@ -139,6 +146,57 @@ TEST(Study, SubtractsTheReferencesNoise) {
   EXPECT_NE(to_text(exhibit).find("the reference is noisier than the picture"), std::string::npos);
 }
 
+// By our program: its samples, and their seed.
+Picture drawn(Picture picture, int seed, const std::string& samples) {
+  picture.image.provenance = {.renderer = "plumbline",
+                              .scene_hash = "a",
+                              .sampler = "sobol",
+                              .seed = seed,
+                              .samples = samples};
+  return picture;
+}
+
+TEST(Study, LeavesOutWhatSharesSamplesWithTheReference) {
+  Pictures pictures;
+  const Picture reference = drawn(pictures.draw(0.0, 1e-4), 7, "0:1024");
+  Study study(reference);
+  const auto is_taken = [&](const Picture& picture) {
+    const size_t before = study.left_out().size();
+    study.add(picture, {"any", "", 0.0, 0.0, 0.0, "a.exr"});
+    return study.left_out().size() == before;
+  };
+  const auto other = [&] { return pictures.draw(0.0, 1e-2); };
+  EXPECT_FALSE(is_taken(reference));
+  EXPECT_EQ(study.left_out().back(),
+            "a.exr: left out, as it has the same pixels as the reference.");
+  Picture copy = reference;
+  copy.image.provenance = {};
+  EXPECT_FALSE(is_taken(copy));
+  EXPECT_FALSE(is_taken(drawn(other(), 7, "0:64")));
+  EXPECT_FALSE(is_taken(drawn(other(), 7, "1000:1100")));
+  EXPECT_EQ(study.left_out().back(), "a.exr: left out, as it shares samples with the reference.");
+  EXPECT_TRUE(is_taken(drawn(other(), 7, "1024:1088")));
+  EXPECT_TRUE(is_taken(drawn(other(), 8, "0:64")));
+  EXPECT_TRUE(is_taken(other()));
+  EXPECT_EQ(study.series().front().renders.size(), 3U);
+}
+
+// Another program's replicates have a seed each.
+TEST(Study, LeavesOutWhatSharesASeedWithAnotherProgramsReference) {
+  Pictures pictures;
+  const auto theirs = [&](int seed, int replicates) {
+    Picture picture = drawn(pictures.draw(0.0, 1e-4), seed, "0:64");
+    picture.image.provenance.sampler.reset();
+    picture.image.provenance.replicates = replicates;
+    return picture;
+  };
+  Study study(theirs(1, 8));
+  for (const auto& [seed, replicates] : {std::pair{8, 1}, {9, 1}, {5, 8}}) {
+    study.add(theirs(seed, replicates), {"theirs", "", 0.0, 0.0, 0.0});
+  }
+  EXPECT_EQ(study.left_out().size(), 2U);
+}
+
 // Quasi-random samples' error falls ever less fast, until it falls as 1 / N.
 TEST(Study, TakesSlowingDownForNoFloor) {
   Pictures pictures;
@@ -164,6 +222,25 @@ TEST(Chart, SaysHowLongAnErrorTakes) {
   EXPECT_NEAR(std::stod(exhibit.rows[0][4]), 0.1 / 1.01, 0.003);
   EXPECT_EQ(exhibit.rows[0][6].substr(0, 3), "~9.");  // a hundred times as long, not measured
   EXPECT_EQ(exhibit.rows[1][4], "never");
+}
+
+TEST(Chart, SaysWhichSeriesCantBeFittedAndShowsTheOthers) {
+  Pictures pictures;
+  Study study(pictures.draw(0.0, 1e-8));
+  const Picture stubborn = pictures.draw(0.03, 1e-3);
+  for (double samples = 1.0; samples <= 8.0; samples *= 2.0) {
+    study.add(stubborn, {"stubborn", "", samples, samples, 0.0});
+  }
+  study.add(pictures.draw(0.0, 1e-2), {"lonely", "", 1, 1.0, 0.0});
+  add_series(study, pictures, "right", 0.0);
+  for (const Exhibit& exhibit : {speed_and_accuracy(study), convergence(study)}) {
+    const std::string text = to_text(exhibit);
+    EXPECT_NE(text.find("stubborn: its error is the same with any number"), std::string::npos);
+    EXPECT_NE(text.find("lonely: a fit needs four pictures"), std::string::npos);
+    EXPECT_EQ(text.find("nan"), std::string::npos) << text;
+    EXPECT_EQ(exhibit.rows.back()[0], "right");
+    EXPECT_EQ(exhibit.plot.curves.size(), 3U);
+  }
 }
 
 TEST(Chart, MarksThePointsThanWhichNoneIsFasterAndMoreAccurate) {
