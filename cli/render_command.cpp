@@ -51,7 +51,8 @@ void add_options(CLI::App& command, Options& options) {
   add_option(command, "--time", "SECONDS", limits.seconds, number(1e-3, 1e9), "Time of rendering");
   add_option(command, "--error", "E", limits.relative_error, parse_fraction,
              "Relative error, as 0.01 or 1%: root of the mean of\n"
-             "variance / (mean^2 + 0.01) over pixels, estimated");
+             "variance / (mean^2 + 0.01) over pixels. Other samples\n"
+             "tell how many it takes, so that none is chosen for it");
   add_option(command, "--samples", "A:B", options.samples, parse_samples,
              "Samples A <= s < B of every pixel, for 'plumb merge'");
   add_option(command, "--method", "M", settings.method, one_of(method_words),

@@ -12,6 +12,7 @@
 #include <ctime>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "renderer/faults.h"
@@ -31,30 +32,58 @@ double wall_now() {
 
 double cpu_now() { return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC); }
 
-// How many seconds until the first limit, at the pace so far. Error falls at least with the square
-// root of the samples.
+// How many seconds until the first limit, at the pace so far.
 double seconds_left(const Limits& limits, const Progress& progress) {
   const double seconds = progress.cost.wall_seconds;
   const auto done = static_cast<double>(progress.samples_per_pixel);
   const auto wanted = static_cast<double>(limits.samples.count());
-  double left = std::min(limits.seconds - seconds, seconds * (wanted - done) / done);
-  if (limits.relative_error > 0.0) {
-    const double ratio = progress.relative_error / limits.relative_error;
-    left = std::min(left, seconds * (ratio * ratio - 1.0));
-  }
+  const double left = std::min(limits.seconds - seconds, seconds * (wanted - done) / done);
   return std::max(left, 0.0);
 }
 
-// An error estimated from fewer samples is not believed: they may all have missed the lamp.
-constexpr int64_t fewest_samples_for_error = 64;
-
 bool is_done(const Limits& limits, const Progress& progress) {
-  const bool is_accurate = limits.relative_error > 0.0 &&
-                           progress.samples_per_pixel >= fewest_samples_for_error &&
-                           progress.relative_error <= limits.relative_error;
-  return is_accurate || progress.samples_per_pixel >= limits.samples.count() ||
+  return progress.samples_per_pixel >= limits.samples.count() ||
          progress.cost.wall_seconds >= limits.seconds;
 }
+
+// Tells how many samples per pixel the wanted error takes, by samples that the picture doesn't get.
+// If the picture's own samples told, the render would end when they happen to claim little noise:
+// neither picture nor claim would be unbiased (Kirk and Arvo, "Unbiased sampling techniques for
+// image synthesis", SIGGRAPH 1991).
+class Pilot {
+ public:
+  Pilot(const Film& picture, const Settings& settings, double relative_error)
+      : film_(picture.width(), picture.height()), settings_(settings), goal_(relative_error) {
+    settings_.seed ^= 0x80000000U;  // no caller's
+  }
+
+  Film& film() { return film_; }
+  const Settings& settings() const { return settings_; }
+
+  // The samples that it needs when the picture has so many.
+  SampleRange next(int64_t samples_of_picture) const {
+    const int64_t own = film_.samples_per_pixel();
+    if (own < fewest_samples) return {own, std::min(samples_of_picture, fewest_samples)};
+    return {own, own < samples_of_picture / 16 ? 2 * own : own};
+  }
+
+  // By error that falls with the square root of the samples, or faster.
+  int64_t wanted_samples() const {
+    const auto own = static_cast<double>(film_.samples_per_pixel());
+    if (own < double{fewest_samples}) return largest_sample;
+    const double ratio = film_.relative_error() / goal_;
+    const double wanted = std::ceil(own * ratio * ratio / Film::replicates) * Film::replicates;
+    return static_cast<int64_t>(std::clamp(wanted, double{fewest_samples}, double{largest_sample}));
+  }
+
+ private:
+  // Of fewer all may have missed the lamp.
+  static constexpr int64_t fewest_samples = 64;
+
+  Film film_;
+  Settings settings_;
+  double goal_;
+};
 
 // Samples per pixel for the next pass: one for a first look, then what fits into a pass and the
 // time left, growing slowly because a first look may deceive.
@@ -113,7 +142,7 @@ class Impatience {
 };
 
 template <class TracedScene>
-Cost render_as(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
+Cost render_as(const Scene& scene, const Settings& settings, Limits limits, Film& film,
                const ProgressCallback& callback, const std::atomic<bool>* stop) {
   const TracedScene prepared(scene);
   const int threads = settings.threads > 0 ? settings.threads : tbb::info::default_concurrency();
@@ -125,27 +154,41 @@ Cost render_as(const Scene& scene, const Settings& settings, const Limits& limit
   const std::function<bool(int64_t)> is_abandoned = [&](int64_t longest_path) {
     return impatience.is_abandoned(longest_path);
   };
+  std::atomic<int64_t> rays{0};
+  // Adds a pass, unless it is abandoned.
+  const auto add = [&](Film& to, const Settings& how, const SampleRange& samples) {
+    std::atomic<int64_t> next_pixel{0};
+    const TraceJob<TracedScene> job{prepared, how, samples, to, next_pixel, is_abandoned};
+    to.begin_pass();
+    arena.execute([&] { tbb::parallel_for(0, threads, [&](int) { rays += trace_job(job); }); });
+    if (impatience.path() == 0) to.end_pass(samples);
+  };
+  std::optional<Pilot> pilot;
+  if (limits.relative_error > 0.0) pilot.emplace(film, settings, limits.relative_error);
+  const int64_t most = limits.samples.count();
   Progress progress;
   do {
     const int64_t first = limits.samples.first + progress.samples_per_pixel;
     const int64_t last = std::min(first + pass_size(limits, progress), limits.samples.last);
     const SampleRange samples{first, last};
-    std::atomic<int64_t> next_pixel{0};
-    std::atomic<int64_t> rays{0};
-    const TraceJob<TracedScene> job{prepared, settings, samples, film, next_pixel, is_abandoned};
-    film.begin_pass();
-    arena.execute([&] { tbb::parallel_for(0, threads, [&](int) { rays += trace_job(job); }); });
+    add(film, settings, samples);
     if (impatience.path() > 0) {
       progress.cost.wall_seconds = wall_now() - wall_start;
       progress.cost.unfinished_path = impatience.path();
       break;
     }
-    film.end_pass(samples);
     progress.samples_per_pixel += samples.count();
+    int64_t traced = samples.count();
+    if (pilot) {
+      const SampleRange own = pilot->next(progress.samples_per_pixel);
+      if (own.count() > 0) add(pilot->film(), pilot->settings(), own);
+      traced += own.count();
+      limits.samples.last = limits.samples.first + std::min(most, pilot->wanted_samples());
+    }
     progress.cost = {.wall_seconds = wall_now() - wall_start,
                      .cpu_seconds = cpu_now() - cpu_start,
-                     .samples = progress.cost.samples + samples.count() * film.pixel_count(),
-                     .rays = progress.cost.rays + rays,
+                     .samples = progress.cost.samples + traced * film.pixel_count(),
+                     .rays = rays,
                      .unfinished_path = 0};
     progress.relative_error = film.relative_error();
     progress.seconds_left = seconds_left(limits, progress);

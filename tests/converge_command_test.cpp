@@ -106,7 +106,32 @@ TEST_F(ConvergeCommand, ChartsWhatItFindsAndSaysWhatItCantUse) {
   EXPECT_EQ(untimed.exit_code, 0) << untimed.output;
 }
 
+// README's own `plumb chart *.exr --reference box.exr` names the reference twice.
+TEST_F(ConvergeCommand, LeavesOutTheReferenceAndWhatSharesItsSamples) {
+  ASSERT_EQ(plumb("render " + scene + " --size 32x32 --spp 4 --seed 9 -o half.exr").exit_code, 0);
+  ASSERT_EQ(plumb("render " + scene + " --size 32x32 --spp 4 -o other.exr").exit_code, 0);
+  const Result chart = plumb("chart *.exr --reference ref.exr --json a.json");
+  EXPECT_EQ(chart.exit_code, 0) << chart.output;
+  EXPECT_TRUE(contains(chart.output, "ref.exr: left out, as it has the same pixels"));
+  EXPECT_TRUE(contains(chart.output, "half.exr: left out, as it shares samples"));
+  const Json report = read_json(folder / "a.json");
+  ASSERT_EQ(report["series"].size(), 1U);
+  EXPECT_EQ(report["series"][0]["points"][0]["samples"], 4);
+}
+
+TEST_F(ConvergeCommand, OtherScenesAreTakenOnlyWhenAsked) {
+  const std::string other = "'" PLUMB_SCENES "/seed/scene.xml'";
+  ASSERT_EQ(plumb("render " + other + " --size 32x32 --spp 4 -o other.exr").exit_code, 0);
+  for (const std::string command : {"chart other.exr --reference", "compare other.exr"}) {
+    const Result refused = plumb(command + " ref.exr");
+    EXPECT_EQ(refused.exit_code, 2) << refused.output;
+    EXPECT_TRUE(contains(refused.output, "--other-scene allows it")) << refused.output;
+    EXPECT_NE(plumb(command + " ref.exr --other-scene").exit_code, 2);
+  }
+}
+
 TEST_F(ConvergeCommand, RefusesWhatMakesNoSense) {
+  ASSERT_EQ(plumb("render " + scene + " --size 32x32 --spp 4 -o other.exr").exit_code, 0);
   for (const auto& [arguments, message] : std::vector<std::pair<std::string, std::string>>{
            {"converge none.exr --reference ref.exr", "none.exr: cannot open"},
            {"converge none.xml --reference ref.exr", "none.xml"},
@@ -115,7 +140,8 @@ TEST_F(ConvergeCommand, RefusesWhatMakesNoSense) {
            {"converge " + scene + " --methods magic --reference ref.exr", "'magic' is not one of"},
            {"converge " + scene + " --spp 0:4 --reference ref.exr", "'0' is not a whole number"},
            {"converge " + scene + " --size 8x8 --reference ref.exr", "8 x 8 pixels"},
-           {"chart ref.exr --reference ref.exr -o a.jpg", ".svg or .png"}}) {
+           {"chart ref.exr --reference ref.exr", "ref.exr: left out, as it has the same pixels"},
+           {"chart other.exr --reference ref.exr -o a.jpg", ".svg or .png"}}) {
     const Result result = plumb(arguments);
     EXPECT_EQ(result.exit_code, 2) << arguments;
     EXPECT_TRUE(contains(result.output, message)) << result.output;
