@@ -48,6 +48,14 @@ struct Criterion {
 // Rademacher random variables", Bernoulli 21(2), 2015): P < 2 k P(Z > c) with k = 1 / (4 P(Z > sqrt
 // 2)) and normal Z. It holds in spite of heavy tails (fireflies) and of variances that are noisy
 // themselves.
+//
+// Its conditions, for d_i that are the differences of two pictures' pixels: pixels are independent
+// (no filter wider than a pixel, no denoiser, no blue noise); and without a true difference d_i is
+// symmetric, which is certain only where the two pixels are interchangeable, that is drawn in the
+// same way with as many samples. A mean of few skewed samples is not symmetric against one of many:
+// therefore the claimed variances count, too (cautious_variance()), and from 16 samples on only,
+// which is experience and no theorem. With a true difference b_i, d_i - b_i is symmetric, and b_i
+// adds to sum d_i^2, so that the margin is rather too wide.
 double critical_value(double false_alarm, double tests);
 
 // Half the width of the interval that contains the true difference of the averages, except with the
@@ -63,7 +71,12 @@ double paired_confidence(const Pool& pool, double false_alarm = 0.05);
 // `false_alarm`, because none of them was one of the rare bright ones; their variance does not
 // tell. This is the second term of the empirical Bernstein bound for samples from 0 to `brightest`
 // (Maurer and Pontil, "Empirical Bernstein Bounds and Sample Variance Penalization", 2009, theorem
-// 4).
+// 4), with n for n - 1.
+//
+// The theorem is about independent samples of one distribution whose largest value is known. Here
+// they are those of several pixels, may be Sobol' samples, and `brightest` is an estimate; and its
+// first term is left to confidence(), which is not a bound. So the whole is a margin of the right
+// size, and no theorem holds for it.
 double unseen_margin(double brightest, double samples, double false_alarm);
 
 // The variance of a difference where one picture may have missed rare events that the other one has
