@@ -17,6 +17,11 @@ namespace {
 constexpr size_t findings_kept = 10;
 constexpr int neighbourhood = 4;  // pixels to each side whose noise a pixel may share
 
+// Below this part of the image's median a value is as dark as black for relative amounts: within a
+// few per cent of it lies what 8-bit sRGB codes lose there.
+constexpr double dark = 0.1;
+constexpr int64_t pixels_for_median = 1 << 16;  // are enough
+
 // The test's variance over the reference's in the typical block, for one channel.
 double noise_ratio(const Sums& sums, size_t channel) {
   std::vector<double> ratios;
@@ -81,28 +86,42 @@ void keep(Finding finding, std::vector<Finding>& worst) {
   if (worst.size() > findings_kept) worst.pop_back();
 }
 
+// Of a channel of the reference: the median of the absolute values, without zeros if it would be 0.
+double typical_value(const Picture& test, const Picture& reference, const Window& w,
+                     size_t channel) {
+  const int64_t pixels = int64_t{w.width} * w.height;
+  std::vector<double> values;
+  for (int64_t i = 0; i < pixels; i += (pixels / pixels_for_median) | 1) {
+    const size_t pixel = test.image.pixel(w.x + int(i % w.width), w.y + int(i / w.width));
+    values.push_back(std::abs(pixel_pair(test, reference, pixel, channel).reference));
+  }
+  if (const double typical = median(values); typical > 0.0) return typical;
+  std::erase(values, 0.0);
+  return median(values);
+}
+
 class Judge {
  public:
   Judge(const Picture& test, const Picture& reference, const Judgement& judgement, const Sums& sums,
         Comparison& result)
       : test_(test), reference_(reference), judgement_(judgement), result_(result) {
+    const size_t all = sums.image.size() - 1;
+    least_scale_ = dark * typical_value(test, reference, result.window, all);
     for (size_t c = 0; c < sums.image.size(); ++c) {
-      criteria_.push_back({0.0, 0.0, result.knows_noise, noise_ratio(sums, c), result.is_paired});
-      set_tolerance(sums.image[c], criteria_[c], true);
-      result.floors.push_back(criteria_[c].floor);
-      set_tolerance(sums.image[c], criteria_[c]);
-      means_.push_back(std::abs(sums.image[c].reference) / sums.image[c].pixels);
-      result.tolerances.push_back(criteria_[c].tolerance);
+      noise_ratios_.push_back(noise_ratio(sums, c));
+      const Criterion image = criterion(c, sums.image[c].mean_reference(), Unit::image);
+      result.floors.push_back(image.floor);
+      result.tolerances.push_back(image.tolerance);
     }
   }
 
-  // Judges averages; `locate` says where a unit is. Either gives all findings, whose tolerance then
-  // is relative to their own means; or just notes what differs, relative to the image's mean.
+  // Judges averages; `locate` says where a unit is. Either gives all findings, or just notes what
+  // differs.
   template <typename Locate>
   void judge_pools(Unit unit, const std::vector<Pool>& pools, Locate locate,
                    std::vector<Finding>* all) {
     if (pools.empty()) return;
-    const size_t channels = criteria_.size();
+    const size_t channels = noise_ratios_.size();
     Level level{unit, static_cast<int64_t>(pools.size() / channels), 0, 0, {}};
     const double critical = critical_for(pools.size());
     std::vector<double> visible;
@@ -110,15 +129,14 @@ class Judge {
     for (size_t i = 0; i < pools.size(); ++i) {
       if (pools[i].pixels == 0.0) continue;
       const size_t c = i % channels;
-      Criterion criterion = criteria_[c];
-      if (all != nullptr) set_tolerance(pools[i], criterion, unit == Unit::image);
-      Finding finding{"", {}, result_.channels[c], criterion.estimate(pools[i], critical)};
+      const double own = pools[i].mean_reference();
+      const Criterion judge = criterion(c, own, unit);
+      Finding finding{"", {}, result_.channels[c], judge.estimate(pools[i], critical)};
       locate(static_cast<int>(i / channels), finding);
-      const double whole = all != nullptr ? finding.estimate.reference : means_[c];
-      if (whole > 0.0) visible.push_back(finding.estimate.visible / whole);
+      if (scale(own) > 0.0) visible.push_back(finding.estimate.visible / scale(own));
       if (all != nullptr) {
         result_.samples_factor =
-            std::max(result_.samples_factor, criterion.samples_factor(finding.estimate));
+            std::max(result_.samples_factor, judge.samples_factor(finding.estimate));
       }
       const bool is_different = finding.estimate.verdict == Verdict::different;
       if (!is_different && all == nullptr) continue;
@@ -153,9 +171,13 @@ class Judge {
       level.different += different;
       for (const Finding& finding : worst) keep(finding, level.worst);
       for (size_t c = 0; c < test_.channel_count(); ++c) {
-        const double noise = margin(w.x + w.width / 2, y, c, neighbourhood, critical);
-        if (means_[c] == 0.0) continue;
-        visible.push_back((criteria_[c].tolerance + criteria_[c].floor + noise) / means_[c]);
+        const int x = w.x + w.width / 2;
+        const double own = pair_at(x, y, c).reference;
+        const Criterion judge = criterion(c, own, Unit::pixel);
+        const double noise = margin(x, y, c, neighbourhood, critical);
+        if (scale(own) > 0.0) {
+          visible.push_back((judge.tolerance + judge.floor + noise) / scale(own));
+        }
       }
     };
     tbb::parallel_for(w.y, w.y + w.height, judge_row);
@@ -164,12 +186,11 @@ class Judge {
   }
 
   void find_fireflies(const Sums& sums, const Window& window) {
-    const size_t all = criteria_.size() - 1;
+    const size_t all = noise_ratios_.size() - 1;
     const std::vector<Pool> blocks = sums.blocks_of(all);
     std::vector<double> typical;
     for (const Pool& block : blocks) typical.push_back(block.squares / block.pixels);
-    const double tolerated = criteria_[all].tolerance + criteria_[all].floor;
-    const double least = std::max(64.0 * median(typical), tolerated * tolerated);
+    const double least = 64.0 * median(typical);
     Pool rest = sums.image[all];
     for (size_t i = 0; i < blocks.size(); ++i) {
       if (blocks[i].squares <= least) continue;
@@ -178,12 +199,15 @@ class Judge {
         const PixelPair pair = pair_at(w.x + j % w.width, w.y + j / w.width, all);
         const double square = pair.difference() * pair.difference();
         if (square <= std::max(least, blocks[i].squares / 2.0)) continue;
+        const Criterion judge = criterion(all, pair.reference, Unit::pixel);
+        if (std::abs(pair.difference()) <= judge.tolerance + judge.floor) continue;
         ++result_.fireflies;
         rest.add(pair, test_, reference_, -1.0);
       }
     }
     if (rest.pixels == 0.0) return;
-    result_.without_fireflies = criteria_[all].estimate(rest, critical_for(1));
+    result_.without_fireflies =
+        criterion(all, rest.mean_reference(), Unit::image).estimate(rest, critical_for(1));
     result_.without_fireflies.confidence = known_confidence(rest);
   }
 
@@ -213,13 +237,17 @@ class Judge {
   }
 
  private:
-  void set_tolerance(const Pool& pool, Criterion& criterion, bool is_image = false) const {
-    const auto& floor =
-        is_image && judgement_.image_floor ? judgement_.image_floor : judgement_.floor;
-    const double mean = std::abs(pool.reference) / pool.pixels;
-    const auto radiance = [&](const Amount& a) { return a.value * (a.is_relative ? mean : 1.0); };
-    criterion.tolerance = radiance(judgement_.tolerance);
-    criterion.floor = floor ? radiance(*floor) : 0.0;
+  // What a relative amount is a part of, for a unit whose reference has this average.
+  double scale(double own) const { return std::max(std::abs(own), least_scale_); }
+
+  Criterion criterion(size_t channel, double own, Unit unit) const {
+    const bool has_own_floor = unit == Unit::image && judgement_.image_floor;
+    const auto& floor = has_own_floor ? judgement_.image_floor : judgement_.floor;
+    const auto radiance = [&](const Amount& a) {
+      return a.value * (a.is_relative ? scale(own) : 1.0);
+    };
+    return {radiance(judgement_.tolerance), floor ? radiance(*floor) : 0.0, result_.knows_noise,
+            noise_ratios_[channel], result_.is_paired};
   }
 
   double known_confidence(const Pool& pool) const {
@@ -245,7 +273,7 @@ class Judge {
       for (int u = std::max(x - radius, 0); u <= std::min(x + radius, test_.image.width - 1); ++u) {
         const PixelPair pair = pair_at(u, v, c);
         largest = std::max(largest, cautious_variance(pair.test_variance, pair.reference_variance,
-                                                      criteria_[c].noise_ratio));
+                                                      noise_ratios_[c]));
       }
     }
     return critical * std::sqrt(largest);
@@ -260,9 +288,10 @@ class Judge {
     for (size_t c = 0; c < test_.channel_count(); ++c) {
       const PixelPair pair = pair_at(x, y, c);
       Estimate estimate{pair.test, pair.reference, pair.difference()};
+      const Criterion judge = criterion(c, pair.reference, Unit::pixel);
       for (const int radius : {0, neighbourhood}) {
         estimate.margin = margin(x, y, c, radius, critical);
-        criteria_[c].judge(estimate);
+        judge.judge(estimate);
         if (estimate.verdict != Verdict::different) break;
       }
       if (estimate.verdict != Verdict::different) continue;
@@ -276,8 +305,8 @@ class Judge {
   const Picture& reference_;
   const Judgement& judgement_;
   Comparison& result_;
-  std::vector<Criterion> criteria_;
-  std::vector<double> means_;  // of the reference
+  std::vector<double> noise_ratios_;  // for each channel
+  double least_scale_ = 0;
 };
 
 }  // namespace

@@ -13,9 +13,10 @@
 
 namespace plumb {
 
-// Either an absolute amount (radiance, or a number of pixels), or a fraction: of the mean of the
-// reference's channel, over the region where a region is judged and else over the image; or of the
-// number of pixels.
+// Either an absolute amount (radiance, or a number of pixels), or a fraction: of what is judged, or
+// of the number of pixels. What is judged is the reference's average over the image, a region, a
+// block or a pixel, but at least a tenth of the image's typical value: the median over the pixels
+// of the channels' mean, without black ones if it would be 0.
 struct Amount {
   double value = 0;
   bool is_relative = true;
@@ -49,8 +50,8 @@ struct Level {
   Unit unit = Unit::image;
   int64_t units = 0;           // how many there are
   int64_t different = 0;       // how many of them differ, in any channel
-  double visible = 0;          // a bias that would be found, as a part of the image's mean, or of a
-                               // region's own; the median over units and channels
+  double visible = 0;          // a bias that would be found, as a part of what is judged; the
+                               // median over units and channels
   std::vector<Finding> worst;  // of the units that differ ten at most, the clearest first
 };
 

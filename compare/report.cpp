@@ -239,7 +239,7 @@ std::string explain(const Comparison& comparison, const ComparedFiles& files) {
   std::string levels;
   for (const Level& level : comparison.levels) {
     levels += fmt::format("{}{} of {} {}", levels.empty() ? "" : ", ", percent(level.visible),
-                          level.unit == Unit::image ? "the" : "a", to_string(level.unit));
+                          level.unit == Unit::image ? "the" : "a typical", to_string(level.unit));
   }
   return text + "Would have been found: " + levels + ".\n";
 }

@@ -29,6 +29,8 @@ struct Pool {
   double relative = 0;   // (x - r)^2 / (r^2 + relative_epsilon)
   double symmetric = 0;  // 2 |x - r| / (|x| + |r| + relative_epsilon)
 
+  double mean_reference() const { return reference / pixels; }
+
   // Adds a pixel `count` times: -1 takes it away.
   void add(const PixelPair& pair, const Picture& test, const Picture& reference, double count = 1);
   void operator+=(const Pool& other);

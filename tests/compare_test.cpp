@@ -362,6 +362,49 @@ TEST(Places, SpotIsFoundWhereItIs) {
   EXPECT_EQ(pixels.worst.front().window.y / 3, 5);
 }
 
+// A sun beside a landscape: nine pixels make almost all of the mean.
+Truth beside_a_sun(const Truth& land) {
+  return [=](int x, int y) { return x < 3 && y < 3 ? 50'000.0 : land(x, y); };
+}
+
+TEST(Tolerance, IsRelativeToEachPixelSoThatABrightThingHidesNothing) {
+  const Picture sun = exact(beside_a_sun([](int x, int) { return 0.2 + 0.01 * x; }));
+  const auto black = judge(exact(beside_a_sun([](int, int) { return 0.0; })), sun);
+  EXPECT_EQ(black.verdict, Verdict::different);
+  EXPECT_EQ(level(black, Unit::pixel).different, side * side - 9);
+  EXPECT_EQ(level(black, Unit::image).different, 0);
+  const auto darker = [](double factor) {
+    return exact(beside_a_sun([=](int x, int) { return factor * (0.2 + 0.01 * x); }));
+  };
+  EXPECT_EQ(judge(darker(0.991), sun).verdict, Verdict::same);
+  EXPECT_EQ(judge(darker(0.989), sun).verdict, Verdict::different);
+  // The sun itself is off by 0.5 %, which is 500 times the landscape's mean.
+  EXPECT_EQ(
+      judge(exact([](int x, int y) { return x < 3 && y < 3 ? 50'250.0 : 0.2 + 0.01 * x; }), sun)
+          .verdict,
+      Verdict::same);
+}
+
+TEST(Tolerance, IsRelativeToEachBlock) {
+  const auto comparison =
+      judge(render(1, 1024, beside_a_sun([](int, int y) { return y >= 32 ? 1.1 : 1.0; })),
+            render(2, 1024, beside_a_sun(uniform_truth)));
+  EXPECT_EQ(level(comparison, Unit::image).different, 0);
+  EXPECT_EQ(level(comparison, Unit::block).different, 32);
+  // 1 % and the noise of 64 pixels, of a mean of 1.
+  EXPECT_NEAR(level(comparison, Unit::block).visible, 0.04, 0.02);
+}
+
+// The typical value is 1: what is darker than a tenth of it is judged as if it had that.
+TEST(Tolerance, HasAFloorInTheDark) {
+  const auto dark = [](double value) {
+    return exact([=](int x, int) { return x < 10 ? value : 1.0; });
+  };
+  EXPECT_EQ(judge(dark(0.0009), dark(0.0)).verdict, Verdict::same);
+  EXPECT_EQ(judge(dark(0.0011), dark(0.0)).verdict, Verdict::different);
+  EXPECT_EQ(judge(dark(0.0509), dark(0.05)).verdict, Verdict::same);
+}
+
 // Dark and 5 % too bright, beside a brighter region that is right.
 TEST(Places, RegionsAreJudgedByTheirOwnMeans) {
   Regions regions{{"left", "right"}, {}};
