@@ -1,9 +1,9 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -21,6 +21,7 @@
 #include "compare/maps.h"
 #include "compare/report.h"
 #include "compare/shared_samples.h"
+#include "compare/update.h"
 
 namespace plumb::cli {
 namespace {
@@ -37,8 +38,7 @@ struct Options {
   std::string test, reference;
   std::vector<std::string> test_replicates, reference_replicates;
   std::string part;
-  std::vector<std::string> channels;
-  bool negative = false;
+  Selection selection;
   bool other_scene = false;
   std::string regions;
   std::optional<Window> crop;
@@ -46,6 +46,8 @@ struct Options {
   std::string json, markdown, map;
   MapKind map_kind = MapKind::difference;
   std::optional<FlipKind> flip;
+  double pixels_per_degree = usual_pixels_per_degree;
+  Integers integers = Integers::linear;
   bool update = false;
   std::string gate, junit;
 };
@@ -76,11 +78,13 @@ CLI::Option* add_plain(CLI::App& command, const std::string& name, const std::st
 
 void add_options(CLI::App& command, Options& options) {
   Judgement& judgement = options.judgement;
-  add_plain(command, "TEST", "", options.test, "Picture to judge, in any format OpenImageIO reads");
-  add_plain(command, "REFERENCE", "", options.reference, "Picture to hold it against");
+  add_plain(command, "TEST", "", options.test,
+            "Picture to judge, in any format OpenImageIO reads, or a\nfolder of them");
+  add_plain(command, "REFERENCE", "", options.reference, "Picture, or folder, to hold it against");
   add_option(command, "--tolerance", "T", judgement.tolerance, parse_amount,
-             "Difference that doesn't matter: '0.5%' of the\n"
-             "reference's mean, or '0.002' in radiance (default: 1%)");
+             "Difference that doesn't matter: '0.5%' of the reference's\n"
+             "own pixel, block, region or image, or '0.002' in radiance\n"
+             "(default: 1%)");
   add_option(command, "--floor", "F", judgement.floor, parse_amount,
              "How wrong the pictures may be beside their known\n"
              "noise, as --tolerance; stands in for unknown noise\n"
@@ -91,19 +95,33 @@ void add_options(CLI::App& command, Options& options) {
   add_plain(command, "--reference-replicates", "FILE", options.reference_replicates,
             "The same for REFERENCE");
   add_plain(command, "--regions", "MASK", options.regions,
-            "Picture with a colour for each region, black for none;\n"
+            "Picture with a colour for each region, black for what is\n"
+            "not compared;\n"
             "'plumb render --aov object' draws one");
   add_option(command, "--crop", "X,Y,W,H", options.crop, parse_window, "Only these pixels");
-  add_plain(command, "--channels", "NAMES", options.channels, "Only these, such as R,G,B")
+  add_plain(command, "--channels", "NAMES", options.selection.channels,
+            "Only these, such as R,G,B; with other names in REFERENCE:\n"
+            "R=diffuse.R,G=diffuse.G (default: all)")
       ->delimiter(',');
+  add_plain(command, "--layer", "NAME", options.selection.layer,
+            "Only this layer's channels, such as ViewLayer.Combined;\n"
+            "TEST=REFERENCE if the names differ")
+      ->allow_extra_args(false);
   add_plain(command, "--part", "NAME", options.part,
-            "Part of the files (subimage), by name or number");
-  command.add_flag("--negative", options.negative, "Negative values are no error");
+            "Only this part of the files (subimage), by name or number;\n"
+            "TEST=REFERENCE if they differ (default: all)");
+  command.add_flag_callback(
+      "--codes", [&] { options.integers = Integers::codes; },
+      "Compare integers as stored, from 0 to 1: no transfer\nfunction is undone");
   command.add_flag("--other-scene", options.other_scene,
                    "Compare even if the pictures say that their scenes differ");
+  command.add_flag("--negative", options.selection.negative, "Negative values are no error");
   add_option(command, "--max-outliers", "N", judgement.max_outliers, parse_amount,
              "Pixels that may differ, such as those at a lamp's\n"
              "edge: '12', or '0.1%' of all (default: 0)");
+  add_option(command, "--hard-limit", "T", judgement.hard_limit, parse_amount,
+             "By how much these may differ, as --tolerance; no pixel\n"
+             "may by more");
   add_option(command, "--false-alarms", "P", judgement.false_alarm, number(1e-12, 0.5),
              "Chance that noise alone makes the verdict 'different'\n(default: 0.001)");
   add_plain(command, "--json", "FILE", options.json, "All numbers; '-' for standard output alone");
@@ -118,8 +136,15 @@ void add_options(CLI::App& command, Options& options) {
   add_option(command, "--flip", "RANGE", options.flip, one_of(flip_words),
              "Also tell how different they look: radiance from 0 to 1\n"
              "on a display (ldr), or at all exposures (hdr)");
+  add_option(command, "--flip-mean", "M", judgement.flip_mean, number(0.0, 1.0),
+             "Different if FLIP's mean is above this, such as 0.02");
+  add_option(command, "--flip-p95", "M", judgement.flip_p95, number(0.0, 1.0),
+             "The same for its 95th percentile");
+  add_option(command, "--pixels-per-degree", "N", options.pixels_per_degree, number(1.0, 1000.0),
+             "Of the display for FLIP (default: 67)");
   command.add_flag("--update", options.update,
-                   "Overwrite REFERENCE with TEST unless they are the same");
+                   "Write TEST as the new REFERENCE, in the format of its\n"
+                   "name, unless they are the same");
 }
 
 // What was assumed about a picture, a line.
@@ -128,7 +153,23 @@ std::string notes(const Picture& picture) {
   if (picture.image.encoding.find(',') != std::string::npos) {
     text += fmt::format("{}: {}\n", picture.side, picture.image.encoding);
   }
-  if (!picture.knows_noise()) text += fmt::format("{}: noise not known\n", picture.side);
+  std::string unknown;  // channels
+  for (size_t c = picture.averaged; c < picture.channel_count(); ++c) {
+    if (!picture.knows_noise(c)) {
+      unknown += " " + picture.image.channels[picture.value_channels[c]];
+    }
+  }
+  if (!picture.knows_noise()) {
+    text += fmt::format("{}: noise not known\n", picture.side);
+  } else if (!unknown.empty()) {
+    text += fmt::format("{}: noise not known of{}\n", picture.side, unknown);
+  }
+  for (const std::string& note : picture.image.notes) {
+    text += fmt::format("{}: {}\n", picture.side, note);
+  }
+  if (!picture.left_out.empty()) {
+    text += fmt::format("{}: not compared: {}\n", picture.side, fmt::join(picture.left_out, " "));
+  }
   if (picture.has_few_samples()) {
     text += fmt::format("{}: too few samples to know its noise\n", picture.side);
   }
@@ -166,79 +207,147 @@ std::string take_floors_of_card(const std::string& reference, Judgement& judgeme
 struct Result {
   Verdict verdict;
   std::string explanation, report;
+  std::string update = {};  // a line that names the file that was written
 };
 
+Picture read_side(const Options& options, const std::string& side, const std::string& part) {
+  const bool is_test = side == "test";
+  auto files = is_test ? options.test_replicates : options.reference_replicates;
+  files.insert(files.begin(), is_test ? options.test : options.reference);
+  return read_picture(side, files, part, options.integers);
+}
+
 // Compares, and writes all files that are asked for.
-Result compare_files(const Options& options) {
-  if (options.reference.empty()) throw std::invalid_argument("TEST and REFERENCE are required");
-  const auto read = [&](const std::string& side, const std::string& file, auto replicates) {
-    replicates.insert(replicates.begin(), file);
-    return read_picture(side, replicates, options.part);
-  };
-  Picture test = read("test", options.test, options.test_replicates);
-  Picture reference = read("reference", options.reference, options.reference_replicates);
+Result judge_files(const Options& options) {
+  const auto [test_part, reference_part] = name_on_each_side(options.part);
+  Picture test = read_side(options, "test", test_part);
+  Picture reference = read_side(options, "reference", reference_part);
   if (!options.other_scene) refuse_other_scenes(test, reference);
-  const auto channels = match(test, reference, options.channels, options.negative);
+  const Image& image = test.image;
+  const Window window = options.crop.value_or(Window{0, 0, image.width, image.height});
+  Regions regions;
+  if (!options.regions.empty()) {
+    regions = read_regions(options.regions, image.width, image.height);
+  }
+  keep_only(test, reference, window, regions);
+  const auto channels = match(test, reference, options.selection);
+  if (window.width > image.width - window.x || window.height > image.height - window.y) {
+    throw std::invalid_argument("--crop reaches beyond the picture");
+  }
   Judgement judgement = options.judgement;
   std::string floor_note;
   if (!judgement.floor && !reference.knows_noise()) {
     floor_note = take_floors_of_card(options.reference, judgement);
   }
-  const Image& image = test.image;
-  const Window window = options.crop.value_or(Window{0, 0, image.width, image.height});
-  if (window.width > image.width - window.x || window.height > image.height - window.y) {
-    throw std::invalid_argument("--crop reaches beyond the picture");
-  }
-  Regions regions;
-  if (!options.regions.empty()) {
-    regions = read_regions(options.regions, image.width, image.height);
+  if (!options.flip && (judgement.flip_mean || judgement.flip_p95)) {
+    throw std::invalid_argument("--flip-mean and --flip-p95 need --flip ldr or hdr");
   }
   Comparison comparison = compare(test, reference, channels, window, regions, judgement);
-  if (options.flip) comparison.flip = flip(*options.flip, test, reference, window);
-  const ComparedFiles files{options.test, options.reference,
-                            notes(test) + notes(reference) + floor_note, test.samples_per_pixel()};
-  std::string report = to_text(comparison, files);
+  if (options.flip) {
+    add_flip(comparison,
+             flip(*options.flip, test, reference, window, regions, options.pixels_per_degree),
+             judgement);
+  }
+  const ComparedFiles files{options.test,
+                            options.reference,
+                            notes(test) + notes(reference) + floor_note,
+                            test.samples_per_pixel(),
+                            test.left_out,
+                            reference.left_out};
+  const std::string report = to_text(comparison, files);
   write_reports(options, to_json(comparison, files).dump(2) + "\n", report);
   if (!options.map.empty()) {
     write_image(draw_map(options.map_kind, test, reference, window, comparison.flip), options.map);
   }
-  if (options.update && comparison.verdict != Verdict::same) {
-    std::ifstream stream(options.test, std::ios::binary);
-    write_file(options.reference, std::string(std::istreambuf_iterator<char>(stream), {}));
-    report += fmt::format("{} is now {}\n", options.reference, options.test);
-  }
   return {comparison.verdict, explain(comparison, files), report};
 }
 
+// Writes the new reference, and says so in a line.
+std::string update(const Options& options) {
+  if (!options.reference_replicates.empty()) {
+    throw std::invalid_argument("--update replaces one REFERENCE, not several replicates");
+  }
+  std::vector<std::string> files = options.test_replicates;
+  files.insert(files.begin(), options.test);
+  update_reference(options.reference, files, options.part, options.selection);
+  return fmt::format("{} is now {}\n", options.reference, fmt::join(files, " + "));
+}
+
+// An update may end trouble, such as a missing reference or one of another size.
+Result compare_files(const Options& options) {
+  if (options.reference.empty()) throw std::invalid_argument("TEST and REFERENCE are required");
+  Result result{Verdict::trouble, "", ""};
+  try {
+    result = judge_files(options);
+  } catch (const std::exception& error) {
+    const ComparedFiles files{options.test, options.reference, ""};
+    write_text(options.json.empty() ? "" : trouble_to_json(error.what(), files).dump(2) + "\n",
+               options.json);
+    if (!options.update) throw;
+    result.explanation = result.report = fmt::format("trouble: {}\n", error.what());
+  }
+  if (options.update && result.verdict != Verdict::same) result.update = update(options);
+  return result;
+}
+
 // Runs an entry of a gate as its own command line.
-std::pair<Verdict, std::string> compare_entry(const GateEntry& entry, bool update) {
+Result compare_entry(const GateEntry& entry, bool update) {
   Options options;
   CLI::App command;
   add_options(command, options);
   // CLI11 wants them backwards.
   command.parse(std::vector<std::string>(entry.arguments.rbegin(), entry.arguments.rend()));
   options.update = update && entry.expected == Verdict::same;
-  const Result result = compare_files(options);
-  return {result.verdict, result.explanation};
+  return compare_files(options);
+}
+
+// Runs all entries, with a line for each and one for each file that an update writes.
+int run_entries(std::vector<GateEntry> entries, const std::string& junit,
+                const std::function<Result(const GateEntry&)>& compare) {
+  for (GateEntry& entry : entries) {
+    std::string update;
+    run_entry(entry, [&](const GateEntry& e) {
+      const Result result = compare(e);
+      update = result.update;
+      return std::pair(result.verdict, result.explanation);
+    });
+    fmt::print("{} {}: {}\n{}", entry.is_as_expected() ? "ok  " : "FAIL", entry.name,
+               entry.explanation.substr(0, entry.explanation.find('\n')), update);
+  }
+  write_text(to_junit(entries), junit);
+  return exit_code_of(entries);
 }
 
 int run_gate(const Options& options) {
   std::vector<GateEntry> entries = read_gate(options.gate);
   const std::string junit = options.junit.empty() ? "" : fs::absolute(options.junit).string();
   fs::current_path(fs::absolute(options.gate).parent_path());
-  for (GateEntry& entry : entries) {
-    run_entry(entry, [&](const GateEntry& e) { return compare_entry(e, options.update); });
-    fmt::print("{} {}: {}\n", entry.is_as_expected() ? "ok  " : "FAIL", entry.name,
-               entry.explanation.substr(0, entry.explanation.find('\n')));
+  return run_entries(std::move(entries), junit,
+                     [&](const GateEntry& e) { return compare_entry(e, options.update); });
+}
+
+int run_folders(const Options& options) {
+  if (!options.json.empty() || !options.markdown.empty() || !options.map.empty()) {
+    throw std::invalid_argument("--json, --markdown and --output are of one pair, not of folders");
   }
-  write_text(to_junit(entries), junit);
-  return exit_code_of(entries);
+  return run_entries(pair_folders(options.test, options.reference), options.junit,
+                     [&](const GateEntry& e) {
+                       Options pair = options;
+                       pair.test = e.arguments[0];
+                       pair.reference = e.arguments[1];
+                       return compare_files(pair);
+                     });
 }
 
 int run(const Options& options) {
   if (!options.gate.empty()) return run_gate(options);
+  if (fs::is_directory(options.test) && fs::is_directory(options.reference)) {
+    return run_folders(options);
+  }
   const Result result = compare_files(options);
-  if (options.json != "-" && options.markdown != "-") fmt::print("{}", result.report);
+  if (options.json != "-" && options.markdown != "-") {
+    fmt::print("{}{}", result.report, result.update);
+  }
   return static_cast<int>(result.verdict);
 }
 
@@ -251,15 +360,17 @@ void add_compare(CLI::App& app, int& exit_code) {
   add_options(command, *options);
   add_plain(command, "--gate", "FILE", options->gate,
             "Instead compare all pairs that this TOML file lists");
-  add_plain(command, "--junit", "FILE", options->junit, "With --gate: the outcome for CI servers");
+  add_plain(command, "--junit", "FILE", options->junit,
+            "Of a gate or of folders: the outcome for CI servers");
   command.footer(R"(Examples:
   plumb compare test.exr reference.exr --tolerance 0.5%
   plumb compare a1.exr cycles.exr --replicates a2.exr a3.exr --floor 0.3%
   plumb compare test.exr reference.exr --regions mask.png -o diff.png
+  plumb compare out references --tolerance 1%       # all pictures in two folders
   plumb compare --gate gate.toml --junit results.xml
 
 Exit codes: 0 same, 1 different, 2 trouble (NaN, infinite or negative values,
-other size or channels, unreadable files), 3 inconclusive.)");
+other size, channels of one side only, unreadable files), 3 inconclusive.)");
   command.callback([=, &exit_code] { exit_code = run(*options); });
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <stdexcept>
 #include <tuple>
 #include <utility>
 
@@ -60,7 +61,8 @@ void find_extremes(const Picture& test, const Picture& reference, const Window& 
 }
 
 // Of several channels.
-Errors mean(const std::vector<Errors>& channels) {
+Errors mean(std::vector<Errors> channels, size_t averaged) {
+  channels.resize(averaged);
   Errors result = *std::ranges::max_element(channels, {}, &Errors::max);
   result.peak = std::ranges::max(channels, {}, &Errors::peak).peak;
   for (const auto member : {&Errors::mae, &Errors::mse, &Errors::rel_mse, &Errors::smape,
@@ -86,34 +88,68 @@ void keep(Finding finding, std::vector<Finding>& worst) {
   if (worst.size() > findings_kept) worst.pop_back();
 }
 
-// Of a channel of the reference: the median of the absolute values, without zeros if it would be 0.
-double typical_value(const Picture& test, const Picture& reference, const Window& w,
-                     size_t channel) {
+// The median over pixels of the mean of the channels' absolute values, without zeros if it would
+// be 0.
+double typical_value(const Picture& picture, const Window& w, const Regions& regions,
+                     const std::vector<size_t>& channels) {
   const int64_t pixels = int64_t{w.width} * w.height;
   std::vector<double> values;
   for (int64_t i = 0; i < pixels; i += (pixels / pixels_for_median) | 1) {
-    const size_t pixel = test.image.pixel(w.x + int(i % w.width), w.y + int(i / w.width));
-    values.push_back(std::abs(pixel_pair(test, reference, pixel, channel).reference));
+    const size_t pixel = picture.image.pixel(w.x + int(i % w.width), w.y + int(i / w.width));
+    if (!regions.hold(pixel)) continue;
+    double sum = 0.0;
+    for (const size_t c : channels) sum += std::abs(picture.value(pixel, c));
+    values.push_back(sum / static_cast<double>(channels.size()));
   }
   if (const double typical = median(values); typical > 0.0) return typical;
   std::erase(values, 0.0);
   return median(values);
 }
 
+// The channels whose values are of one size: the averaged ones, or all of the same kind in a layer.
+std::vector<size_t> companions(const std::vector<std::string>& channels, size_t averaged,
+                               size_t channel) {
+  std::vector<size_t> result;
+  const std::string layer = layer_of(channels[channel]);
+  for (size_t c = 0; c < channels.size() - 1; ++c) {
+    const bool is_alike =
+        channel < averaged || channel == channels.size() - 1
+            ? c < averaged
+            : c == channel ||
+                  (c >= averaged && !layer.empty() && layer_of(channels[c]) == layer &&
+                   kind_of(channels[c], channels) == kind_of(channels[channel], channels));
+    if (is_alike) result.push_back(c);
+  }
+  return result;
+}
+
 class Judge {
  public:
-  Judge(const Picture& test, const Picture& reference, const Judgement& judgement, const Sums& sums,
-        Comparison& result)
-      : test_(test), reference_(reference), judgement_(judgement), result_(result) {
-    const size_t all = sums.image.size() - 1;
-    least_scale_ = dark * typical_value(test, reference, result.window, all);
+  Judge(const Picture& test, const Picture& reference, const Regions& regions,
+        const Judgement& judgement, const Sums& sums, Comparison& result)
+      : test_(test),
+        reference_(reference),
+        regions_(regions),
+        judgement_(judgement),
+        pixels_(static_cast<int64_t>(sums.image.front().pixels)),
+        result_(result) {
     for (size_t c = 0; c < sums.image.size(); ++c) {
+      const bool is_all = c == test.channel_count();
+      const int known =
+          int{test.knows_noise(is_all ? 0 : c)} + int{reference.knows_noise(is_all ? 0 : c)};
+      knows_noise_.push_back(result.is_paired || known == 2 || (known == 1 && judgement.floor));
       noise_ratios_.push_back(noise_ratio(sums, c));
+      has_unit_scale_.push_back(kind_of(result.channels[c], result.channels) == ChannelKind::alpha);
+      least_scales_.push_back(dark * typical_value(reference, result.window, regions,
+                                                   companions(result.channels, test.averaged, c)));
       const Criterion image = criterion(c, sums.image[c].mean_reference(), Unit::image);
       result.floors.push_back(image.floor);
       result.tolerances.push_back(image.tolerance);
     }
+    result.knows_noise = knows_noise_.back();
   }
+
+  bool knows_any_noise() const { return std::ranges::count(knows_noise_, true) > 0; }
 
   // Judges averages; `locate` says where a unit is. Either gives all findings, or just notes what
   // differs.
@@ -122,18 +158,19 @@ class Judge {
                    std::vector<Finding>* all) {
     if (pools.empty()) return;
     const size_t channels = noise_ratios_.size();
-    Level level{unit, static_cast<int64_t>(pools.size() / channels), 0, 0, {}};
+    Level level{.unit = unit};
     const double critical = critical_for(pools.size());
     std::vector<double> visible;
     size_t last = pools.size();  // unit that differs
     for (size_t i = 0; i < pools.size(); ++i) {
-      if (pools[i].pixels == 0.0) continue;
       const size_t c = i % channels;
+      level.units += c == 0 && pools[i].pixels > 0.0;
+      if (pools[i].pixels == 0.0 || (unit == Unit::block && !knows_noise_[c])) continue;
       const double own = pools[i].mean_reference();
       const Criterion judge = criterion(c, own, unit);
       Finding finding{"", {}, result_.channels[c], judge.estimate(pools[i], critical)};
       locate(static_cast<int>(i / channels), finding);
-      if (scale(own) > 0.0) visible.push_back(finding.estimate.visible / scale(own));
+      if (scale(c, own) > 0.0) visible.push_back(finding.estimate.visible / scale(c, own));
       if (all != nullptr) {
         result_.samples_factor =
             std::max(result_.samples_factor, judge.samples_factor(finding.estimate));
@@ -141,7 +178,7 @@ class Judge {
       const bool is_different = finding.estimate.verdict == Verdict::different;
       if (!is_different && all == nullptr) continue;
       if (all != nullptr || is_among_clearest(finding, level.worst)) {
-        finding.estimate.confidence = known_confidence(pools[i]);
+        finding.estimate.confidence = known_confidence(c, pools[i]);
       }
       if (all != nullptr) all->push_back(finding);
       if (!is_different) continue;
@@ -154,29 +191,31 @@ class Judge {
 
   // Judges each pixel.
   void judge_pixels(const Window& w) {
-    const int64_t pixels = int64_t{w.width} * w.height;
-    Level level{Unit::pixel, pixels, 0, 0, {}};
-    const double critical = critical_for(static_cast<size_t>(pixels) * test_.channel_count());
+    Level level{.unit = Unit::pixel, .units = pixels_};
+    const double critical = critical_for(static_cast<size_t>(pixels_) * test_.channel_count());
     std::vector<double> visible;
     std::mutex mutex;
     const auto judge_row = [&](int y) {
       std::vector<Finding> worst;
-      int64_t different = 0;
+      int64_t different = 0, beyond_limit = 0;
       for (int x = w.x; x < w.x + w.width; ++x) {
         const auto finding = judge_pixel(x, y, critical);
         different += finding.has_value();
+        beyond_limit += finding && finding->is_beyond_limit;
         if (finding) keep(*finding, worst);
       }
       const std::lock_guard lock(mutex);
       level.different += different;
+      level.beyond_limit += beyond_limit;
       for (const Finding& finding : worst) keep(finding, level.worst);
       for (size_t c = 0; c < test_.channel_count(); ++c) {
         const int x = w.x + w.width / 2;
+        if (!regions_.hold(test_.image.pixel(x, y))) break;
         const double own = pair_at(x, y, c).reference;
         const Criterion judge = criterion(c, own, Unit::pixel);
         const double noise = margin(x, y, c, neighbourhood, critical);
-        if (scale(own) > 0.0) {
-          visible.push_back((judge.tolerance + judge.floor + noise) / scale(own));
+        if (scale(c, own) > 0.0) {
+          visible.push_back((judge.tolerance + judge.floor + noise) / scale(c, own));
         }
       }
     };
@@ -189,7 +228,9 @@ class Judge {
     const size_t all = noise_ratios_.size() - 1;
     const std::vector<Pool> blocks = sums.blocks_of(all);
     std::vector<double> typical;
-    for (const Pool& block : blocks) typical.push_back(block.squares / block.pixels);
+    for (const Pool& block : blocks) {
+      if (block.pixels > 0.0) typical.push_back(block.squares / block.pixels);
+    }
     const double least = 64.0 * median(typical);
     Pool rest = sums.image[all];
     for (size_t i = 0; i < blocks.size(); ++i) {
@@ -208,7 +249,7 @@ class Judge {
     if (rest.pixels == 0.0) return;
     result_.without_fireflies =
         criterion(all, rest.mean_reference(), Unit::image).estimate(rest, critical_for(1));
-    result_.without_fireflies.confidence = known_confidence(rest);
+    result_.without_fireflies.confidence = known_confidence(all, rest);
   }
 
   // The verdict, and what would decide it.
@@ -219,7 +260,7 @@ class Judge {
       const Amount& most = judgement_.max_outliers;
       const double pixels = most.value * (most.is_relative ? double(level.units) : 1.0);
       if (level.unit == Unit::pixel) {
-        has_outliers = double(level.different) > pixels;
+        has_outliers = double(level.different) > pixels || level.beyond_limit > 0;
       } else {
         is_different |= level.different > 0;
       }
@@ -238,20 +279,23 @@ class Judge {
 
  private:
   // What a relative amount is a part of, for a unit whose reference has this average.
-  double scale(double own) const { return std::max(std::abs(own), least_scale_); }
-
-  Criterion criterion(size_t channel, double own, Unit unit) const {
-    const bool has_own_floor = unit == Unit::image && judgement_.image_floor;
-    const auto& floor = has_own_floor ? judgement_.image_floor : judgement_.floor;
-    const auto radiance = [&](const Amount& a) {
-      return a.value * (a.is_relative ? scale(own) : 1.0);
-    };
-    return {radiance(judgement_.tolerance), floor ? radiance(*floor) : 0.0, result_.knows_noise,
-            noise_ratios_[channel], result_.is_paired};
+  double scale(size_t c, double own) const {
+    return has_unit_scale_[c] ? 1.0 : std::max(std::abs(own), least_scales_[c]);
   }
 
-  double known_confidence(const Pool& pool) const {
-    if (!result_.knows_noise) return 0.0;
+  double radiance(const Amount& amount, size_t c, double own) const {
+    return amount.value * (amount.is_relative ? scale(c, own) : 1.0);
+  }
+
+  Criterion criterion(size_t c, double own, Unit unit) const {
+    const bool has_own_floor = unit == Unit::image && judgement_.image_floor;
+    const auto& floor = has_own_floor ? judgement_.image_floor : judgement_.floor;
+    return {radiance(judgement_.tolerance, c, own), floor ? radiance(*floor, c, own) : 0.0,
+            bool{knows_noise_[c]}, noise_ratios_[c], result_.is_paired};
+  }
+
+  double known_confidence(size_t c, const Pool& pool) const {
+    if (!knows_noise_[c]) return 0.0;
     return result_.is_paired ? paired_confidence(pool) : confidence(pool);
   }
 
@@ -267,7 +311,7 @@ class Judge {
 
   // By the largest noise that is claimed within some pixels from here.
   double margin(int x, int y, size_t c, int radius, double critical) const {
-    if (!result_.knows_noise) return 0.0;
+    if (!knows_noise_[c]) return 0.0;
     double largest = 0.0;
     for (int v = std::max(y - radius, 0); v <= std::min(y + radius, test_.image.height - 1); ++v) {
       for (int u = std::max(x - radius, 0); u <= std::min(x + radius, test_.image.width - 1); ++u) {
@@ -295,18 +339,27 @@ class Judge {
         if (estimate.verdict != Verdict::different) break;
       }
       if (estimate.verdict != Verdict::different) continue;
-      if (finding && finding->estimate.excess >= estimate.excess) continue;
-      finding = Finding{"", {x, y, 1, 1}, result_.channels[c], estimate};
+      const bool is_beyond_limit =
+          judgement_.hard_limit && std::abs(estimate.difference) - estimate.margin - judge.floor >
+                                       radiance(*judgement_.hard_limit, c, pair.reference);
+      if (!finding || finding->estimate.excess < estimate.excess) {
+        const bool was_beyond_limit = finding && finding->is_beyond_limit;
+        finding = Finding{"", {x, y, 1, 1}, result_.channels[c], estimate, was_beyond_limit};
+      }
+      finding->is_beyond_limit |= is_beyond_limit;
     }
     return finding;
   }
 
   const Picture& test_;
   const Picture& reference_;
+  const Regions& regions_;
   const Judgement& judgement_;
+  int64_t pixels_;  // that are compared
   Comparison& result_;
-  std::vector<double> noise_ratios_;  // for each channel
-  double least_scale_ = 0;
+  // For each channel.
+  std::vector<bool> knows_noise_, has_unit_scale_;
+  std::vector<double> noise_ratios_, least_scales_;
 };
 
 }  // namespace
@@ -325,6 +378,9 @@ Comparison compare(const Picture& test, const Picture& reference,
                    const std::vector<std::string>& channels, const Window& window,
                    const Regions& regions, const Judgement& judgement) {
   const Sums sums = add_up(test, reference, window, regions);
+  if (sums.image.front().pixels == 0.0) {
+    throw std::invalid_argument("no pixel to compare is in a region");
+  }
   Comparison result;
   result.channels = channels;
   result.channels.emplace_back("all");
@@ -332,10 +388,8 @@ Comparison compare(const Picture& test, const Picture& reference,
   for (size_t c = 0; c < channels.size(); ++c) result.errors.push_back(errors_of(sums.image[c]));
   tbb::parallel_for(size_t{0}, channels.size(),
                     [&](size_t c) { find_extremes(test, reference, window, c, result.errors[c]); });
-  const int known = int{test.knows_noise()} + int{reference.knows_noise()};
   result.is_paired = are_paired(test, reference);
-  result.knows_noise = result.is_paired || known == 2 || (known == 1 && judgement.floor);
-  Judge judge(test, reference, judgement, sums, result);
+  Judge judge(test, reference, regions, judgement, sums, result);
   const auto name_region = [&](int i, Finding& f) {
     f.name = regions.names[static_cast<size_t>(i)];
   };
@@ -343,12 +397,21 @@ Comparison compare(const Picture& test, const Picture& reference,
   judge.judge_pools(
       Unit::image, sums.image, [&](int, Finding& f) { f.window = window; }, &result.image);
   judge.judge_pools(Unit::region, sums.regions, name_region, &result.regions);
-  if (result.knows_noise) judge.judge_pools(Unit::block, sums.blocks, locate_block, nullptr);
-  if (known == 2 || !result.is_paired) judge.judge_pixels(window);
+  if (judge.knows_any_noise()) judge.judge_pools(Unit::block, sums.blocks, locate_block, nullptr);
+  const bool both_know = test.knows_noise() && reference.knows_noise();
+  if (both_know || !result.is_paired) judge.judge_pixels(window);
   judge.find_fireflies(sums, window);
-  result.errors.push_back(mean(result.errors));
+  result.errors.push_back(mean(result.errors, test.averaged));
   judge.conclude();
   return result;
+}
+
+void add_flip(Comparison& comparison, const Flip& flip, const Judgement& judgement) {
+  comparison.flip = flip;
+  constexpr double any = std::numeric_limits<double>::infinity();
+  comparison.looks_different =
+      flip.mean > judgement.flip_mean.value_or(any) || flip.p95 > judgement.flip_p95.value_or(any);
+  if (comparison.looks_different) comparison.verdict = Verdict::different;
 }
 
 }  // namespace plumb

@@ -31,6 +31,12 @@ struct Judgement {
 
   double false_alarm = 1e-3;      // the probability that noise alone makes the verdict `different`
   Amount max_outliers{0, false};  // how many pixels may differ
+
+  // By how much these may differ; no pixel may by more.
+  std::optional<Amount> hard_limit;
+
+  // FLIP's largest mean and 95th percentile over the compared pixels.
+  std::optional<double> flip_mean, flip_p95;
 };
 
 // What is averaged before it is judged.
@@ -43,16 +49,18 @@ struct Finding {
   Window window;     // of any other unit
   std::string channel;
   Estimate estimate;
+  bool is_beyond_limit = false;  // of a pixel: whether it surely differs by more than that
 };
 
 // All units of one kind.
 struct Level {
   Unit unit = Unit::image;
-  int64_t units = 0;           // how many there are
-  int64_t different = 0;       // how many of them differ, in any channel
-  double visible = 0;          // a bias that would be found, as a part of what is judged; the
-                               // median over units and channels
-  std::vector<Finding> worst;  // of the units that differ ten at most, the clearest first
+  int64_t units = 0;                // how many there are
+  int64_t different = 0;            // how many of them differ, in any channel
+  int64_t beyond_limit = 0;         // how many of these do by more than the hard limit
+  double visible = 0;               // a bias that would be found, as a part of what is judged; the
+                                    // median over units and channels
+  std::vector<Finding> worst = {};  // of the units that differ ten at most, the clearest first
 };
 
 // Measures of the error in one channel, with x the test and r the reference.
@@ -82,20 +90,21 @@ struct Comparison {
   bool is_same_but_for_pixels = false;  // more pixels differ than are allowed to, and nothing else
   bool is_doubtful = false;  // something differs, but there are few samples, which may deceive
   Verdict verdict = Verdict::inconclusive;
-  double samples_factor = 1;   // this many times the samples would lead to a decision
-  int64_t fireflies = 0;       // how many pixels outshine their surroundings
-  Estimate without_fireflies;  // the mean of all channels over the other pixels
-  std::optional<Flip> flip;    // compare() leaves it empty; no verdict depends on it
+  double samples_factor = 1;     // this many times the samples would lead to a decision
+  int64_t fireflies = 0;         // how many pixels outshine their surroundings
+  Estimate without_fireflies;    // the mean of all channels over the other pixels
+  std::optional<Flip> flip;      // compare() leaves it empty
+  bool looks_different = false;  // by FLIP
 };
 
 // Compares two pictures that match() has matched, which returned the `channels`. `regions` may be
-// empty.
+// empty; else the pixels in none of them are not compared.
 //
 // The verdict is `different` if the average over the image, a region or a block differs by more
-// than the tolerance, or if more pixels do than are allowed to, where noise and the number of tests
-// are accounted for. It is `same` if the averages of the image and of all regions surely differ by
-// less. Where the noise of either picture is not known and no floor is stated, every pixel is held
-// against the tolerance instead.
+// than the tolerance, or if more pixels do than are allowed to or one by more than the hard limit,
+// where noise and the number of tests are accounted for. It is `same` if the averages of the image
+// and of all regions surely differ by less. Where the noise of either picture is not known and no
+// floor is stated, every pixel is held against the tolerance instead.
 //
 // Pictures with the same samples (are_paired()) are judged by the scatter of their differences
 // instead of the noise that either claims, whether they claim any or not. Single pixels have no
@@ -106,8 +115,12 @@ struct Comparison {
 //
 // A firefly is a pixel that differs by more than the tolerance, whose squared difference is more
 // than half of the sum over its block and more than 64 times the mean over the typical block.
+// Throws std::invalid_argument if the regions hold no pixel of the window.
 Comparison compare(const Picture& test, const Picture& reference,
                    const std::vector<std::string>& channels, const Window& window,
                    const Regions& regions, const Judgement& judgement);
+
+// Adds FLIP to a comparison, whose verdict becomes `different` if FLIP is above one of its limits.
+void add_flip(Comparison& comparison, const Flip& flip, const Judgement& judgement);
 
 }  // namespace plumb

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 #include <tuple>
 
@@ -82,7 +83,7 @@ struct Sight {
   Channel edges, points;
 };
 
-Sight see(const Colours& rgb, int width) {
+Sight see(const Colours& rgb, int width, double pixels_per_degree) {
   Channel Y, Cx, Cz;  // but for scale and offset
   for (const Colour& colour : rgb) {
     const Colour xyz = to_xyz * colour;
@@ -90,7 +91,7 @@ Sight see(const Colours& rgb, int width) {
     Cx.push_back(xyz[0] - xyz[1]);
     Cz.push_back(xyz[1] - xyz[2]);
   }
-  const double s = 0.5 * 0.082 * Flip::pixels_per_degree;
+  const double s = 0.5 * 0.082 * pixels_per_degree;
   const auto gaussian = [=](double x) { return std::exp(-x * x / (2.0 * s * s)); };
   const auto strength = [&](const auto& shape) {
     const Kernel weights = kernel(s, [&](double x) { return shape(x) * gaussian(x); });
@@ -105,7 +106,7 @@ Sight see(const Colours& rgb, int width) {
   sight.points = strength([=](double x) { return x * x / (s * s) - 1.0; });
   // By the contrast sensitivity: sums of a sqrt(pi / b) exp(-pi^2 x^2 / b), with x in degrees.
   const auto blurred = [&](const Channel& channel, double b) {
-    const double x = std::numbers::pi / Flip::pixels_per_degree;  // a pixel's, times pi
+    const double x = std::numbers::pi / pixels_per_degree;  // a pixel's, times pi
     const Kernel k =
         kernel(std::sqrt(0.02) / x, [=](double n) { return std::exp(-n * n * x * x / b); });
     return convolve(channel, width, k, k);
@@ -137,8 +138,7 @@ Colours linear(const Picture& picture, const Window& w) {
   Colours colours(size_t(w.width) * size_t(w.height));
   for (size_t i = 0; i < 3 * colours.size(); ++i) {
     const int x = w.x + int(i / 3 % size_t(w.width)), y = w.y + int(i / 3 / size_t(w.width));
-    colours[i / 3][i % 3] =
-        float(picture.value(picture.image.pixel(x, y), i % picture.channel_count()));
+    colours[i / 3][i % 3] = float(picture.value(picture.image.pixel(x, y), i % picture.averaged));
   }
   return colours;
 }
@@ -167,24 +167,36 @@ std::pair<double, double> exposures(const Colours& reference) {
 
 }  // namespace
 
-Flip flip(FlipKind kind, const Picture& test, const Picture& reference, const Window& window) {
-  if (test.channel_count() != 3 && test.channel_count() != 1) {
+Flip flip(FlipKind kind, const Picture& test, const Picture& reference, const Window& window,
+          const Regions& regions, double pixels_per_degree) {
+  if (test.averaged != 3 && test.averaged != 1) {
     throw std::invalid_argument("FLIP needs three channels (R G B) or one");
   }
   const Colours a = linear(test, window), b = linear(reference, window);
-  Flip result{kind, Channel(a.size())};
+  Flip result{.kind = kind, .map = Channel(a.size()), .pixels_per_degree = pixels_per_degree};
   if (kind == FlipKind::hdr) std::tie(result.first_exposure, result.last_exposure) = exposures(b);
   const double range = result.last_exposure - result.first_exposure;
   const double steps = kind == FlipKind::hdr ? std::max(1.0, std::ceil(range) - 1.0) : 0.0;
   for (double step = 0.0; step <= steps; ++step) {
     const double exposure = result.first_exposure + range * step / std::max(steps, 1.0);
-    const Sight of_test = see(shown(a, kind, exposure), window.width);
-    const Sight of_reference = see(shown(b, kind, exposure), window.width);
+    const Sight of_test = see(shown(a, kind, exposure), window.width, pixels_per_degree);
+    const Sight of_reference = see(shown(b, kind, exposure), window.width, pixels_per_degree);
     for (size_t i = 0; i < a.size(); ++i) {
       result.map[i] = std::max(result.map[i], difference(of_test, of_reference, i));
     }
   }
-  for (const float value : result.map) result.mean += value / static_cast<double>(a.size());
+  std::vector<double> values;
+  for (size_t i = 0; i < a.size(); ++i) {
+    const int x = window.x + int(i % size_t(window.width));
+    const int y = window.y + int(i / size_t(window.width));
+    if (regions.hold(test.image.pixel(x, y))) values.push_back(double{result.map[i]});
+  }
+  if (values.empty()) return result;
+  result.mean =
+      std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  const auto high = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 19 / 20);
+  std::ranges::nth_element(values, high);
+  result.p95 = *high;
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
@@ -56,7 +57,35 @@ GateEntry read_entry(const toml::table& table) {
   return entry;
 }
 
+// Their names, as seen from the folder.
+void add_pictures(const std::filesystem::path& folder, std::set<std::string>& names) {
+  const std::set<std::string> extensions = {".exr",  ".png", ".hdr",  ".pfm",  ".tif",
+                                            ".tiff", ".jpg", ".jpeg", ".webp", ".tga",
+                                            ".bmp",  ".dpx", ".ppm"};
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file() || !extensions.contains(entry.path().extension().string()))
+      continue;
+    names.insert(entry.path().lexically_relative(folder).string());
+  }
+}
+
 }  // namespace
+
+std::vector<GateEntry> pair_folders(const std::filesystem::path& test,
+                                    const std::filesystem::path& reference) {
+  std::set<std::string> names;
+  add_pictures(test, names);
+  add_pictures(reference, names);
+  std::vector<GateEntry> entries;
+  for (const std::string& name : names) {
+    entries.push_back({.name = name, .arguments = {test / name, reference / name}});
+  }
+  if (entries.empty()) {
+    throw std::runtime_error(
+        fmt::format("no picture in {} or {}", test.string(), reference.string()));
+  }
+  return entries;
+}
 
 std::vector<GateEntry> read_gate(const std::filesystem::path& file) {
   std::vector<GateEntry> entries;
@@ -64,7 +93,12 @@ std::vector<GateEntry> read_gate(const std::filesystem::path& file) {
     const toml::table gate = toml::parse_file(file.string());
     if (const auto* list = gate["compare"].as_array()) {
       for (const toml::node& node : *list) {
-        if (const auto* table = node.as_table()) entries.push_back(read_entry(*table));
+        const auto* table = node.as_table();
+        if (table == nullptr) {
+          throw std::runtime_error(
+              fmt::format("{}:{}: not a [[compare]]", file.string(), node.source().begin.line));
+        }
+        entries.push_back(read_entry(*table));
       }
     }
   } catch (const toml::parse_error& error) {
@@ -83,6 +117,9 @@ void run_entry(GateEntry& entry,
   } catch (const std::exception& error) {
     entry.verdict = Verdict::trouble;
     entry.explanation = fmt::format("{}: {}\n", to_string(entry.verdict), error.what());
+  } catch (...) {
+    entry.verdict = Verdict::trouble;
+    entry.explanation = fmt::format("{}: unknown exception\n", to_string(entry.verdict));
   }
   entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }

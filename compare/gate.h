@@ -24,8 +24,8 @@ struct GateEntry {
   std::vector<std::string> arguments;  // of 'plumb compare': both files, then the options
 
   Verdict verdict = Verdict::trouble;
-  std::string explanation;  // in its first line the verdict with its reason
-  double seconds = 0;       // that the comparison took
+  std::string explanation = {};  // in its first line the verdict with its reason
+  double seconds = 0;            // that the comparison took
 
   bool is_as_expected() const { return verdict == expected; }
 };
@@ -34,8 +34,13 @@ struct GateEntry {
 // comparison, or expects what is no verdict.
 std::vector<GateEntry> read_gate(const std::filesystem::path& file);
 
-// Fills in how an entry ended. `compare` gives the verdict and its explanation; what it throws is
-// the explanation of trouble.
+// An entry for each picture (by its extension) in either of two folders and the folders in them;
+// those of the same name are a pair. Throws std::runtime_error if there is none.
+std::vector<GateEntry> pair_folders(const std::filesystem::path& test,
+                                    const std::filesystem::path& reference);
+
+// Fills in how an entry ended. `compare` gives the verdict and its explanation; what it throws,
+// whatever that is, is trouble.
 void run_entry(GateEntry& entry,
                const std::function<std::pair<Verdict, std::string>(const GateEntry&)>& compare);
 

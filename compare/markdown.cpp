@@ -28,7 +28,9 @@ std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
 }
 
 std::string percent(double part, double whole) {
-  return whole == 0.0 ? "-" : fmt::format("{:.2g} %", 100.0 * part / std::abs(whole));
+  if (whole == 0.0) return "-";
+  const double value = 100.0 * part / std::abs(whole);
+  return std::abs(value) < 99.5 ? fmt::format("{:.2g} %", value) : fmt::format("{:.0f} %", value);
 }
 
 }  // namespace plumb

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <set>
+#include <string_view>
 #include <utility>
 
 #include "images/replicates.h"
@@ -23,13 +23,62 @@ std::optional<size_t> place_of(const Image& image, const std::string& channel) {
   return static_cast<size_t>(found - image.channels.begin());
 }
 
-// All channels but those that tell of noise, sorted.
 Names pictured_channels(const Image& image) {
-  std::set<std::string> names(image.channels.begin(), image.channels.end());
-  std::erase_if(names, [](const std::string& name) {
-    return name.starts_with("variance.") || name.starts_with("replicate");
-  });
-  return {names.begin(), names.end()};
+  Names names = image.channels;
+  std::erase_if(names, tells_noise);
+  return names;
+}
+
+Names without(Names names, const Names& others) {
+  std::erase_if(names, [&](const auto& name) { return std::ranges::count(others, name) > 0; });
+  return names;
+}
+
+// `whole` gets the channels of a further part.
+void append(Image& whole, const Image& part, const std::string& name) {
+  if (part.width != whole.width || part.height != whole.height) {
+    throw ImageError(
+        fmt::format("part {} has {} x {} pixels, the first {} x {}: --part chooses one", name,
+                    part.width, part.height, whole.width, whole.height));
+  }
+  const size_t stride = whole.channels.size(), more = part.channels.size();
+  std::vector<float> values;
+  values.reserve(whole.values.size() + part.values.size());
+  for (size_t p = 0; p * stride < whole.values.size(); ++p) {
+    const auto first = whole.values.begin() + static_cast<std::ptrdiff_t>(p * stride);
+    const auto next = part.values.begin() + static_cast<std::ptrdiff_t>(p * more);
+    values.insert(values.end(), first, first + static_cast<std::ptrdiff_t>(stride));
+    values.insert(values.end(), next, next + static_cast<std::ptrdiff_t>(more));
+  }
+  whole.values = std::move(values);
+  for (const std::string& channel : part.channels) {
+    const bool is_noise = channel.starts_with("variance.");
+    whole.channels.push_back(is_noise ? fmt::format("variance.{}.{}", name, channel.substr(9))
+                                      : fmt::format("{}.{}", name, channel));
+  }
+}
+
+// All parts, or the wanted one.
+Image read_parts(const std::string& file, const std::string& wanted, Integers integers) {
+  Image image = read_image(file, wanted, integers);
+  if (!wanted.empty()) return image;
+  for (int part = 1;; ++part) {
+    const std::string number = std::to_string(part);
+    try {
+      append(image, read_image(file, number, integers), number);
+    } catch (const ImageError& error) {
+      if (std::string_view(error.what()).find(": no part '") == std::string_view::npos) throw;
+      return image;
+    }
+  }
+}
+
+void check_sizes(const Picture& test, const Picture& reference) {
+  const Image& a = test.image;
+  const Image& b = reference.image;
+  if (a.width == b.width && a.height == b.height) return;
+  throw ImageError(fmt::format("the test has {} x {} pixels, the reference {} x {}", a.width,
+                               a.height, b.width, b.height));
 }
 
 // `all` gets another replicate of each value of the picture.
@@ -42,42 +91,125 @@ void join(std::vector<Replicates<float>>& all, const Image& next, const Picture&
   for (size_t i = 0; i < all.size(); ++i) all[i].add(next.values[i]);
 }
 
-void refuse_poison(const Picture& picture, const std::vector<size_t>& places,
-                   const std::vector<float>& values, bool negative) {
+struct Checked {
+  size_t place;  // of a channel
+  bool may_be_negative;
+};
+
+void refuse_poison(const Picture& picture, const std::vector<Checked>& channels,
+                   const std::vector<float>& values) {
   const size_t stride = picture.image.channels.size();
-  const float least = negative ? std::numeric_limits<float>::lowest() : 0.0F;
   size_t count = 0;
   size_t first = 0;
   for (size_t p = 0; p < values.size(); p += stride) {
-    for (const size_t place : places) {
+    for (const auto& [place, may_be_negative] : channels) {
       const float value = values[p + place];
+      const float least = may_be_negative ? std::numeric_limits<float>::lowest() : 0.0F;
       if (value >= least && value <= std::numeric_limits<float>::max()) continue;  // not NaN either
       if (count++ == 0) first = p + place;
     }
   }
   if (count == 0) return;
   const auto width = static_cast<size_t>(picture.image.width);
+  const bool is_negative = values[first] < 0.0F && std::isfinite(values[first]);
   throw ImageError(fmt::format(
-      "the {} has {} values that are NaN, infinite or negative; the first, {}, is at {},{} in {}",
+      "the {} has {} values that are NaN, infinite or negative; the first, {}, is at {},{} in {}{}",
       picture.side, count, values[first], first / stride % width, first / stride / width,
-      picture.image.channels[first % stride]));
+      picture.image.channels[first % stride],
+      is_negative ? "; --negative allows negative ones" : ""));
 }
 
-void choose(Picture& picture, const Names& channels) {
+void choose(Picture& picture, const Names& channels, size_t averaged) {
+  picture.averaged = averaged;
   picture.value_channels.clear();
   picture.variance_channels.clear();
   for (const std::string& channel : channels) {
     const auto place = place_of(picture.image, channel);
-    const auto variance =
-        picture.file_variances.empty() ? place_of(picture.image, "variance." + channel) : place;
     if (!place) {
       throw ImageError(fmt::format("the {} has no channel {}, only {}", picture.side, channel,
                                    fmt::join(picture.image.channels, " ")));
     }
     picture.value_channels.push_back(*place);
-    if (variance) picture.variance_channels.push_back(*variance);
+    picture.variance_channels.push_back(
+        picture.file_variances.empty() ? place_of(picture.image, "variance." + channel) : place);
   }
-  if (picture.variance_channels.size() < channels.size()) picture.variance_channels.clear();
+  // The noise of all is known with that of each of them.
+  const auto end = picture.variance_channels.begin() + static_cast<std::ptrdiff_t>(averaged);
+  if (std::find(picture.variance_channels.begin(), end, std::nullopt) != end) {
+    std::fill(picture.variance_channels.begin(), end, std::nullopt);
+  }
+  picture.left_out = without(pictured_channels(picture.image), channels);
+}
+
+void refuse_poison(const Picture& picture, const Names& channels, bool negative) {
+  std::vector<Checked> values, variances;
+  for (size_t c = 0; c < channels.size(); ++c) {
+    const bool is_data = kind_of(channels[c], channels) == ChannelKind::data;
+    values.push_back({picture.value_channels[c], negative || is_data});
+    if (picture.knows_noise(c)) variances.push_back({*picture.variance_channels[c], false});
+  }
+  refuse_poison(picture, values, picture.image.values);
+  refuse_poison(picture, variances, picture.noise_values());
+}
+
+// The picture's colours, which are those of the unnamed layer or else of the first one with any, in
+// their usual order before all else; without any colours all channels stay as they are. Returns how
+// many "all" is the mean of.
+size_t put_colours_first(std::vector<std::pair<std::string, std::string>>& pairs) {
+  Names names;
+  for (const auto& [test, reference] : pairs) names.push_back(test);
+  const auto is_colour = [&](const std::string& name) {
+    return kind_of(name, names) == ChannelKind::colour;
+  };
+  const auto is_unnamed = [&](const auto& name) {
+    return is_colour(name) && layer_of(name).empty();
+  };
+  auto main = std::ranges::find_if(names, is_unnamed);
+  if (main == names.end()) main = std::ranges::find_if(names, is_colour);
+  if (main == names.end()) return pairs.size();
+  const std::string layer = layer_of(*main);
+  const auto is_main = [&](const auto& pair) {
+    return is_colour(pair.first) && layer_of(pair.first) == layer;
+  };
+  const auto rank = [&](const auto& pair) {
+    constexpr std::string_view order = "RrGgBbYy";
+    return is_main(pair) ? order.find(pair.first.back()) : order.size();
+  };
+  std::ranges::stable_sort(pairs, {}, rank);
+  return static_cast<size_t>(std::ranges::count_if(pairs, is_main));
+}
+
+// The names of a layer's channels, without it.
+Names channels_of(const Image& image, const std::optional<std::string>& layer) {
+  Names names = pictured_channels(image);
+  if (!layer) return names;
+  std::erase_if(names, [&](const std::string& name) { return layer_of(name) != *layer; });
+  for (std::string& name : names) name = name.substr(layer->empty() ? 0 : layer->size() + 1);
+  return names;
+}
+
+// Channels, and what is left of their names in a layer, that both pictures have.
+Names common_channels(const Picture& test, const Picture& reference,
+                      const std::optional<std::pair<std::string, std::string>>& layers) {
+  const auto layer = [&](auto side) {
+    return layers ? std::optional((*layers).*side) : std::nullopt;
+  };
+  using Sides = std::pair<std::string, std::string>;
+  const Names in_test = channels_of(test.image, layer(&Sides::first));
+  const Names in_reference = channels_of(reference.image, layer(&Sides::second));
+  const Names more = without(in_test, in_reference), less = without(in_reference, in_test);
+  const Names common = without(in_test, more);
+  if (common.empty()) {
+    throw ImageError(fmt::format("nothing to compare: the test has channels {}, the reference {}",
+                                 fmt::join(test.image.channels, " "),
+                                 fmt::join(reference.image.channels, " ")));
+  }
+  for (const auto& [extra, picture] : {std::pair(&more, &test), {&less, &reference}}) {
+    if (extra->empty()) continue;
+    throw ImageError(fmt::format("only the {} has {}: --channels {} compares the rest",
+                                 picture->side, fmt::join(*extra, " "), fmt::join(common, ",")));
+  }
+  return common;
 }
 
 }  // namespace
@@ -96,13 +228,15 @@ Picture to_picture(const std::string& side, Image image, std::optional<int> repl
   return {.side = side, .image = std::move(image), .degrees_of_freedom = degrees_of_freedom};
 }
 
-Picture read_picture(const std::string& side, const Names& files, const std::string& part) {
-  Picture picture = to_picture(side, read_image(files.front(), part));
+Picture read_picture(const std::string& side, const Names& files, const std::string& part,
+                     Integers integers) {
+  Picture picture = to_picture(side, read_parts(files.front(), part, integers));
   if (files.size() == 1) return picture;
   picture.degrees_of_freedom = static_cast<double>(files.size()) - 1.0;
   std::vector<Replicates<float>> all(picture.image.values.size());
   join(all, picture.image, picture);
-  for (size_t i = 1; i < files.size(); ++i) join(all, read_image(files[i], part), picture);
+  for (size_t i = 1; i < files.size(); ++i)
+    join(all, read_parts(files[i], part, integers), picture);
   for (size_t i = 0; i < all.size(); ++i) {
     picture.image.values[i] = all[i].mean;
     picture.file_variances.push_back(all[i].variance());
@@ -110,38 +244,99 @@ Picture read_picture(const std::string& side, const Names& files, const std::str
   return picture;
 }
 
+bool tells_noise(const std::string& channel) {
+  constexpr std::string_view beginnings[] = {"variance.", "replicate", "Variance.",
+                                             "RelativeVariance."};
+  return std::ranges::any_of(beginnings, [&](auto text) { return channel.starts_with(text); });
+}
+
+std::string layer_of(const std::string& channel) {
+  const size_t dot = channel.rfind('.');
+  return dot == std::string::npos ? "" : channel.substr(0, dot);
+}
+
+ChannelKind kind_of(const std::string& channel, const Names& all) {
+  const std::string layer = layer_of(channel);
+  const std::string name = channel.substr(layer.empty() ? 0 : layer.size() + 1);
+  const Names colours = {"R", "G", "B", "r", "g", "b"};
+  if (std::ranges::count(colours, name) > 0) return ChannelKind::colour;
+  if (name == "A" || name == "a" || name == "alpha") return ChannelKind::alpha;
+  // Y is the luminance, but also a vector's second component.
+  const bool is_vector = std::ranges::count(all, channel.substr(0, channel.size() - 1) + "X") > 0;
+  return name == "Y" && !is_vector ? ChannelKind::colour : ChannelKind::data;
+}
+
+std::pair<std::string, std::string> name_on_each_side(const std::string& text) {
+  const size_t sign = text.find('=');
+  if (sign == std::string::npos) return {text, text};
+  return {text.substr(0, sign), text.substr(sign + 1)};
+}
+
+Names match(Picture& test, Picture& reference, const Selection& selection) {
+  check_sizes(test, reference);
+  std::optional<std::pair<std::string, std::string>> layers;
+  if (selection.layer) layers = name_on_each_side(*selection.layer);
+  const Names wanted =
+      selection.channels.empty() ? common_channels(test, reference, layers) : selection.channels;
+  const auto full = [](const std::string& layer, const std::string& name) {
+    return layer.empty() ? name : fmt::format("{}.{}", layer, name);
+  };
+  std::vector<std::pair<std::string, std::string>> pairs;
+  for (const std::string& name : wanted) {
+    pairs.push_back(name_on_each_side(name));
+    if (!layers) continue;
+    pairs.back() = {full(layers->first, pairs.back().first),
+                    full(layers->second, pairs.back().second)};
+  }
+  const size_t averaged = put_colours_first(pairs);
+  Names of_test, of_reference;
+  for (const auto& [in_test, in_reference] : pairs) {
+    of_test.push_back(in_test);
+    of_reference.push_back(in_reference);
+  }
+  choose(test, of_test, averaged);
+  choose(reference, of_reference, averaged);
+  refuse_poison(test, of_test, selection.negative || test.image.is_converted);
+  refuse_poison(reference, of_reference, selection.negative || reference.image.is_converted);
+  return of_test;
+}
+
 Names match(Picture& test, Picture& reference, const Names& wanted, bool negative) {
-  if (test.image.width != reference.image.width || test.image.height != reference.image.height) {
-    throw ImageError(fmt::format("the test has {} x {} pixels, the reference {} x {}",
-                                 test.image.width, test.image.height, reference.image.width,
-                                 reference.image.height));
-  }
-  Names channels = wanted;
-  if (channels.empty()) {
-    channels = pictured_channels(test.image);
-    const Names others = pictured_channels(reference.image);
-    if (channels != others) {
-      throw ImageError(fmt::format("the test has channels {}, the reference {}: --channels chooses",
-                                   fmt::join(channels, " "), fmt::join(others, " ")));
-    }
-    const Names rgb = {"R", "G", "B"};
-    const auto is_there = [&](const auto& name) { return place_of(test.image, name).has_value(); };
-    if (std::ranges::all_of(rgb, is_there)) channels = rgb;
-  }
+  if (!wanted.empty()) return match(test, reference, {.channels = wanted, .negative = negative});
+  Names colours = {"R", "G", "B"};
+  const auto is_there = [&](const auto& name) { return place_of(test.image, name).has_value(); };
+  if (!std::ranges::all_of(colours, is_there)) colours.clear();
+  return match(test, reference, {.channels = colours, .negative = negative});
+}
+
+void keep_only(Picture& test, Picture& reference, const Window& w, const Regions& regions) {
+  check_sizes(test, reference);
+  const bool is_whole =
+      w.x == 0 && w.y == 0 && w.width == test.image.width && w.height == test.image.height;
+  if (is_whole && regions.of_pixel.empty()) return;
   for (Picture* picture : {&test, &reference}) {
-    choose(*picture, channels);
-    refuse_poison(*picture, picture->value_channels, picture->image.values,
-                  negative || picture->image.is_converted);
-    refuse_poison(*picture, picture->variance_channels, picture->noise_values(), false);
+    const size_t stride = picture->image.channels.size();
+    for (std::vector<float>* values : {&picture->image.values, &picture->file_variances}) {
+      for (size_t i = 0; i < values->size(); i += stride) {
+        const int x = int(i / stride % size_t(picture->image.width));
+        const int y = int(i / stride / size_t(picture->image.width));
+        const bool is_inside = x >= w.x && x < w.x + w.width && y >= w.y && y < w.y + w.height;
+        if (!is_inside || !regions.hold(i / stride))
+          std::fill_n(values->begin() + std::ptrdiff_t(i), stride, 0.0F);
+      }
+    }
   }
-  return channels;
 }
 
 Regions read_regions(const std::filesystem::path& mask, int width, int height) {
   const Image image = read_image(mask, "", Integers::codes);
-  if (image.width != width || image.height != height || image.channels.size() < 3) {
-    throw ImageError(fmt::format("{}: a mask of {} x {} colours is needed, this has {} x {}",
+  if (image.width != width || image.height != height) {
+    throw ImageError(fmt::format("{}: a mask of {} x {} pixels is needed, this has {} x {}",
                                  mask.string(), width, height, image.width, image.height));
+  }
+  if (image.channels.size() < 3) {
+    throw ImageError(fmt::format("{}: a mask in colour (R G B) is needed, this has only {}",
+                                 mask.string(), fmt::join(image.channels, " ")));
   }
   Regions regions;
   std::map<long, int> indices{{0, -1}};

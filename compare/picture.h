@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "images/image.h"
@@ -19,13 +20,19 @@ struct Picture {
   std::vector<float> file_variances = {};
 
   // Which of the image's channels are compared, and which channels hold the variances of these, in
-  // the image or in `file_variances`. match() finds them.
+  // the image or in `file_variances`. match() finds them. The first `averaged` ones are the
+  // picture's colours; "all" is their mean.
   std::vector<size_t> value_channels = {};
-  std::vector<size_t> variance_channels = {};  // empty if the noise is not known
+  std::vector<std::optional<size_t>> variance_channels = {};  // of each compared channel
+  size_t averaged = 0;
+
+  std::vector<std::string> left_out = {};  // the channels that match() was told not to compare
 
   double degrees_of_freedom = 1;  // of each variance
 
-  bool knows_noise() const { return !variance_channels.empty(); }
+  bool knows_noise(size_t channel = 0) const {
+    return channel < variance_channels.size() && variance_channels[channel].has_value();
+  }
   size_t channel_count() const { return value_channels.size(); }
 
   // Of the compared channel with this number: radiance, and the variance of that (0 if not known).
@@ -33,8 +40,8 @@ struct Picture {
     return double{image.values[pixel * image.channels.size() + value_channels[channel]]};
   }
   double variance(size_t pixel, size_t channel) const {
-    if (!knows_noise()) return 0.0;
-    return double{noise_values()[pixel * image.channels.size() + variance_channels[channel]]};
+    if (!knows_noise(channel)) return 0.0;
+    return double{noise_values()[pixel * image.channels.size() + *variance_channels[channel]]};
   }
 
   // What `variance_channels` are channels of.
@@ -59,14 +66,42 @@ Picture to_picture(const std::string& side, Image image, std::optional<int> repl
 
 // Reads a picture. Several files are renders of the same scene with different seeds and equally
 // many samples: the picture is their mean, and their scatter is its noise. `part` is the same as in
-// read_image(). Throws ImageError.
+// read_image(); if it is empty, the channels of all parts are read, those of further parts by names
+// such as "1.R", with the part's number. Throws ImageError.
 Picture read_picture(const std::string& side, const std::vector<std::string>& files,
-                     const std::string& part);
+                     const std::string& part, Integers integers = Integers::linear);
 
-// Chooses the channels to compare and returns their names: the wanted ones; if none are wanted, R G
-// B; without these, all channels, which then must be the same in both pictures. Throws ImageError
-// if sizes or channels do not match, or if a value is not finite or, unless `negative` allows that,
-// negative.
+// What a channel holds, and so in which unit it is judged: radiance, coverage from 0 to 1, or
+// anything else with a sign (depth, normals).
+enum class ChannelKind { colour, alpha, data };
+
+// The kind of a channel of the picture that has all of these, by the last part of its name.
+ChannelKind kind_of(const std::string& channel, const std::vector<std::string>& all);
+
+// Whether a channel holds no picture but how noisy one is, in this renderer's files or in pbrt's.
+bool tells_noise(const std::string& channel);
+
+// What stands before the last dot of a channel's name: "diffuse" for "diffuse.R", "" for "R".
+std::string layer_of(const std::string& channel);
+
+// "TEST=REFERENCE", or one name that is the same on both sides.
+std::pair<std::string, std::string> name_on_each_side(const std::string& text);
+
+// What of two pictures is compared; channels and layer may have different names on each side.
+struct Selection {
+  std::vector<std::string> channels = {};  // empty: all
+  std::optional<std::string> layer = {};   // that these are channels of
+  bool negative = false;                   // colours and alpha may be negative
+};
+
+// Chooses the channels to compare and returns their names in the test, those of the picture's
+// colours first. Channels that tell of noise are never compared. Throws ImageError if sizes do not
+// match, if nothing is left to compare, if only one side has a channel and the selection does not
+// leave it out, or if a value is not finite or, where that is not allowed, negative.
+std::vector<std::string> match(Picture& test, Picture& reference, const Selection& selection);
+
+// Likewise, but silent about what is left out: the wanted channels; if none are wanted, R G B;
+// without these, all.
 std::vector<std::string> match(Picture& test, Picture& reference,
                                const std::vector<std::string>& wanted, bool negative);
 
@@ -78,7 +113,14 @@ struct Window {
 struct Regions {
   std::vector<std::string> names;
   std::vector<int> of_pixel;  // the index of its region's name, or -1; empty without any regions
+
+  // Whether a pixel is compared: if there are regions, only those in one are.
+  bool hold(size_t pixel) const { return of_pixel.empty() || of_pixel[pixel] >= 0; }
 };
+
+// Blackens on both sides what is not compared, so that no bad value there counts: pixels outside
+// the window, or that the regions don't hold. Throws ImageError if sizes differ.
+void keep_only(Picture& test, Picture& reference, const Window& window, const Regions& regions);
 
 // Reads a mask, which has a colour for each region and black for pixels in none. A region's name is
 // the mask's metadata "plumbline:region#RRGGBB" or, without that, "#RRGGBB" itself, with the sRGB

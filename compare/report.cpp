@@ -16,11 +16,19 @@ using Json = nlohmann::ordered_json;
 
 std::string short_number(double value) { return fmt::format("{:.4g}", value); }
 
+// With three decimals, or what shows that it is not 0.
+std::string decimals(double value) {
+  return std::abs(value) < 0.001 && value != 0.0 ? fmt::format("{:.2g}", value)
+                                                 : fmt::format("{:.3f}", value);
+}
+
+// In per cent of the reference, unless that is next to nothing.
 std::string bias(const Estimate& e) {
-  const bool is_relative = e.reference != 0.0;
+  const bool is_relative = std::abs(e.difference) < 100.0 * std::abs(e.reference);
   const double unit = is_relative ? std::abs(e.reference) / 100.0 : 1.0;
-  std::string text = fmt::format("{:+.3f}{}", e.difference / unit, is_relative ? " %" : "");
-  if (e.confidence > 0.0) text += fmt::format(" +- {:.3f}", e.confidence / unit);
+  std::string text = e.difference < 0.0 ? "" : "+";
+  text += decimals(e.difference / unit) + (is_relative ? " %" : "");
+  if (e.confidence > 0.0) text += " +- " + decimals(e.confidence / unit);
   return text;
 }
 
@@ -81,7 +89,7 @@ std::string error_tables(const Comparison& comparison) {
 
 const char* to_string(FlipKind kind) { return kind == FlipKind::hdr ? "HDR" : "LDR"; }
 
-// What never gates.
+// What gates only where that is asked for.
 std::string remarks(const Comparison& comparison) {
   std::string text;
   if (comparison.fireflies > 0) {
@@ -91,8 +99,9 @@ std::string remarks(const Comparison& comparison) {
   }
   if (const auto& flip = comparison.flip) {
     text += fmt::format(
-        "\nFLIP {:.4f} ({}, {:.0f} pixels per degree, exposed by {:.2f} to {:.2f} stops)\n",
-        flip->mean, to_string(flip->kind), Flip::pixels_per_degree, flip->first_exposure,
+        "\nFLIP {:.4f}, 95th percentile {:.4f} ({}, {:.0f} pixels per degree, exposed by {:.2f} to "
+        "{:.2f} stops)\n",
+        flip->mean, flip->p95, to_string(flip->kind), flip->pixels_per_degree, flip->first_exposure,
         flip->last_exposure);
   }
   return text;
@@ -117,6 +126,12 @@ std::string finding_tables(const Comparison& comparison) {
   return text;
 }
 
+// JSON has no infinite numbers; programs read this word as one.
+Json number(double value) {
+  return std::isinf(value) ? Json(value > 0.0 ? "Infinity" : "-Infinity") : Json(value);
+}
+
+// Relative numbers are null where the reference is 0.
 Json to_json(const Estimate& e) {
   const double whole = std::abs(e.reference);
   return {{"test", e.test},
@@ -127,7 +142,7 @@ Json to_json(const Estimate& e) {
           {"confidence95", e.confidence},
           {"relativeConfidence95", e.confidence / whole},
           {"margin", e.margin},
-          {"visible", e.visible},
+          {"visible", number(e.visible)},
           {"verdict", to_string(e.verdict)}};
 }
 
@@ -152,7 +167,7 @@ Json to_json(const Errors& e) {
                  {"y", e.y},
                  {"test", e.max_test},
                  {"reference", e.max_reference}}}};
-  for (const Field& field : fields(e)) json[field.key] = field.value;
+  for (const Field& field : fields(e)) json[field.key] = number(field.value);
   return json;
 }
 
@@ -161,9 +176,12 @@ std::string outliers(const Comparison& comparison) {
   for (const Level& level : comparison.levels) {
     if (level.unit != Unit::pixel || level.different == 0) continue;
     const Window& w = level.worst.front().window;
-    return fmt::format("{} pixel{} ({}), most clearly at {},{}", level.different,
+    const std::string beyond = level.beyond_limit == 0
+                                   ? ""
+                                   : fmt::format(", {} beyond the hard limit", level.beyond_limit);
+    return fmt::format("{} pixel{} ({}), most clearly at {},{}{}", level.different,
                        level.different == 1 ? "" : "s",
-                       percent(double(level.different), double(level.units)), w.x, w.y);
+                       percent(double(level.different), double(level.units)), w.x, w.y, beyond);
   }
   return "";
 }
@@ -202,6 +220,11 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
         "the means differ by less than {}, but not {}; --max-outliers lets them pass", tolerated,
         but);
   }
+  const auto differs = [](const Level& level) { return level.different > 0; };
+  if (comparison.looks_different && std::ranges::none_of(comparison.levels, differs)) {
+    return fmt::format("looks different: FLIP has the mean {:.4g} and the 95th percentile {:.4g}",
+                       comparison.flip->mean, comparison.flip->p95);
+  }
   if (comparison.verdict == Verdict::different) return clearest(comparison);
   if (comparison.is_doubtful) {
     return fmt::format("{}, but of fewer than {} samples per pixel all may have missed some light",
@@ -226,6 +249,14 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
 }
 
 }  // namespace
+
+Json trouble_to_json(const std::string& reason, const ComparedFiles& files) {
+  return {{"plumbline", PLUMB_VERSION},
+          {"test", files.test},
+          {"reference", files.reference},
+          {"verdict", to_string(Verdict::trouble)},
+          {"explanation", reason}};
+}
 
 std::string explain(const Comparison& comparison, const ComparedFiles& files) {
   std::string text = fmt::format("{}: {}\n", to_string(comparison.verdict),
@@ -260,14 +291,15 @@ Json to_json(const Comparison& comparison, const ComparedFiles& files) {
       {"explanation", explain(comparison, files)},
       {"knowsNoise", comparison.knows_noise},
       {"paired", comparison.is_paired},
-      {"samplesFactor", comparison.samples_factor},
+      {"samplesFactor", number(comparison.samples_factor)},
       {"window", to_json(comparison.window)},
       {"fireflies",
        {{"pixels", comparison.fireflies}, {"without", to_json(comparison.without_fireflies)}}}};
   if (const auto& flip = comparison.flip) {
     json["flip"] = {{"mean", flip->mean},
                     {"kind", to_string(flip->kind)},
-                    {"pixelsPerDegree", Flip::pixels_per_degree},
+                    {"p95", flip->p95},
+                    {"pixelsPerDegree", flip->pixels_per_degree},
                     {"exposures", {flip->first_exposure, flip->last_exposure}}};
   }
   for (size_t c = 0; c < comparison.errors.size(); ++c) {
@@ -278,12 +310,14 @@ Json to_json(const Comparison& comparison, const ComparedFiles& files) {
     channel.update(to_json(comparison.errors[c]));
     json["channels"].push_back(channel);
   }
+  json["leftOut"] = {{"test", files.left_out_of_test}, {"reference", files.left_out_of_reference}};
   if (!comparison.regions.empty()) json["regions"] = to_json(comparison.regions);
   for (const Level& level : comparison.levels) {
     json["levels"].push_back({{"level", to_string(level.unit)},
                               {"units", level.units},
                               {"different", level.different},
-                              {"relativeVisible", level.visible},
+                              {"beyondLimit", level.beyond_limit},
+                              {"relativeVisible", number(level.visible)},
                               {"worst", to_json(level.worst)}});
   }
   return json;

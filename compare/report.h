@@ -13,11 +13,15 @@ struct ComparedFiles {
   std::string test, reference;   // the names of the files
   std::string notes;             // lines that tell what was assumed about them
   double samples_per_pixel = 0;  // of the test; 0 if not known
+  std::vector<std::string> left_out_of_test = {}, left_out_of_reference = {};  // channels
 };
 
 // The whole report, in Markdown.
 std::string to_text(const Comparison& comparison, const ComparedFiles& files);
 nlohmann::ordered_json to_json(const Comparison& comparison, const ComparedFiles& files);
+
+// If they could not be compared.
+nlohmann::ordered_json trouble_to_json(const std::string& reason, const ComparedFiles& files);
 
 // A line with the verdict and its reason, and a line that tells which errors would have been found.
 std::string explain(const Comparison& comparison, const ComparedFiles& files);

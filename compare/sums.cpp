@@ -22,14 +22,14 @@ PixelPair pixel_pair(const Picture& test, const Picture& reference, size_t pixel
             test.variance(pixel, channel), reference.variance(pixel, channel)};
   }
   PixelPair sum;
-  for (size_t c = 0; c < channel; ++c) {
+  for (size_t c = 0; c < test.averaged; ++c) {
     const PixelPair pair = pixel_pair(test, reference, pixel, c);
     sum.test += pair.test;
     sum.reference += pair.reference;
     sum.test_variance += std::sqrt(pair.test_variance);
     sum.reference_variance += std::sqrt(pair.reference_variance);
   }
-  const auto n = static_cast<double>(channel);
+  const auto n = static_cast<double>(test.averaged);
   return {sum.test / n, sum.reference / n, sum.test_variance * sum.test_variance / (n * n),
           sum.reference_variance * sum.reference_variance / (n * n)};
 }
@@ -90,6 +90,7 @@ Sums add_up(const Picture& test, const Picture& reference, const Window& window,
     for (int y = w.y; y < w.y + w.height; ++y) {
       for (int x = w.x; x < w.x + w.width; ++x) {
         const size_t pixel = test.image.pixel(x, y);
+        if (!regions.hold(pixel)) continue;
         const int region = regions.of_pixel.empty() ? -1 : regions.of_pixel[pixel];
         for (size_t c = 0; c < pools; ++c) {
           const PixelPair pair = pixel_pair(test, reference, pixel, c);

@@ -11,9 +11,9 @@ namespace plumb {
 constexpr int block_side = 8;
 
 // What the two pictures say about one channel of a pixel. The channel after the last one is the
-// mean over all channels; because the correlation between the noise of a pixel's channels is not
-// known, its standard deviation is the largest possible one, which is the mean of the standard
-// deviations.
+// mean over the averaged channels; because the correlation between the noise of a pixel's channels
+// is not known, its standard deviation is the largest possible one, which is the mean of the
+// standard deviations.
 struct PixelPair {
   double test = 0, reference = 0, test_variance = 0, reference_variance = 0;
   double difference() const { return test - reference; }
@@ -43,6 +43,8 @@ struct Sums {
 
   std::vector<Pool> blocks_of(size_t channel) const;
 };
+
+// Adds up the window's pixels that the regions hold.
 Sums add_up(const Picture& test, const Picture& reference, const Window& window,
             const Regions& regions);
 

@@ -85,6 +85,7 @@ TEST_F(CompareCommand, NegativeValuesCanBeAllowed) {
   image.values[0] = -1.0F;
   write_image(image, folder / "negative.exr");
   EXPECT_EQ(compare("negative.exr negative.exr --negative").exit_code, same);
+  EXPECT_TRUE(contains(compare("negative.exr negative.exr").output, "--negative allows"));
 }
 
 TEST_F(CompareCommand, UnreadableFilesAreTrouble) {
@@ -129,6 +130,104 @@ TEST_F(CompareCommand, OtherSizeOrChannelsAreTrouble) {
   EXPECT_EQ(compare("rga.exr clean.exr --channels R,B").exit_code, trouble);
 }
 
+// Channels
+
+// The clean picture with other channels, which have the same value everywhere.
+Image with(Image image, const std::vector<std::pair<std::string, float>>& channels) {
+  Image result{image.width, image.height, image.channels, {}, {}};
+  for (const auto& [name, value] : channels) result.channels.push_back(name);
+  for (size_t i = 0; i < image.values.size(); i += 3) {
+    for (size_t c = 0; c < 3; ++c) result.values.push_back(image.values[i + c]);
+    for (const auto& [name, value] : channels) result.values.push_back(value);
+  }
+  return result;
+}
+
+TEST_F(CompareCommand, AllChannelsAreComparedEachInItsUnit) {
+  write_image(with(clean, {{"A", 0.1F}, {"Z", 100.0F}, {"N.X", -0.5F}, {"N.Y", 0.0F}}),
+              folder / "reference.exr");
+  const auto verdict = [&](float alpha, float depth, float normal) {
+    write_image(with(clean, {{"A", alpha}, {"Z", depth}, {"N.X", normal}, {"N.Y", 0.0F}}),
+                folder / "test.exr");
+    return compare("test.exr reference.exr --tolerance 1%").exit_code;
+  };
+  EXPECT_EQ(verdict(0.109F, 100.9F, -0.504F), same);
+  EXPECT_EQ(verdict(0.111F, 100.0F, -0.5F), different);
+  EXPECT_EQ(verdict(0.1F, 98.9F, -0.5F), different);
+  EXPECT_EQ(verdict(0.1F, 100.0F, -0.506F), different);
+  compare("test.exr reference.exr --json result.json");
+  const auto json = nlohmann::json::parse(text_of(folder / "result.json"));
+  ASSERT_EQ(json["channels"].size(), 8U);
+  EXPECT_EQ(json["channels"][3]["channel"], "A");
+  EXPECT_EQ(json["channels"][7]["channel"], "all");
+  EXPECT_EQ(json["channels"][7]["difference"], 0.0);  // of the colours alone
+}
+
+TEST_F(CompareCommand, WhatOnlyOneSideHasIsTroubleUnlessItIsLeftOut) {
+  write_image(with(clean, {{"A", 1.0F}}), folder / "alpha.exr");
+  Result result = compare("alpha.exr clean.exr");
+  EXPECT_EQ(result.exit_code, trouble);
+  EXPECT_TRUE(contains(result.output, "only the test has A: --channels R,G,B")) << result.output;
+  result = compare("clean.exr alpha.exr");
+  EXPECT_EQ(result.exit_code, trouble);
+  EXPECT_TRUE(contains(result.output, "only the reference has A")) << result.output;
+  result = compare("alpha.exr clean.exr --channels R,G,B --json result.json");
+  EXPECT_EQ(result.exit_code, same);
+  EXPECT_TRUE(contains(result.output, "test: not compared: A")) << result.output;
+  const auto json = nlohmann::json::parse(text_of(folder / "result.json"));
+  EXPECT_EQ(json["leftOut"], nlohmann::json::parse(R"({"test": ["A"], "reference": []})"));
+}
+
+TEST_F(CompareCommand, LayersAndChannelsMayHaveOtherNamesOnEachSide) {
+  Image layer = clean;
+  layer.channels = {"View.Combined.R", "View.Combined.G", "View.Combined.B"};
+  write_image(layer, folder / "layer.exr");
+  EXPECT_EQ(compare("layer.exr clean.exr").exit_code, trouble);
+  EXPECT_EQ(compare("layer.exr clean.exr --layer View.Combined=").exit_code, same);
+  EXPECT_EQ(compare("clean.exr layer.exr --layer =View.Combined --channels R,B").exit_code, same);
+  EXPECT_EQ(compare("layer.exr layer.exr --layer View.Combined").exit_code, same);
+  EXPECT_EQ(compare("clean.exr layer.exr --channels R=View.Combined.R").exit_code, same);
+  EXPECT_EQ(compare("clean.exr layer.exr --channels R=View.Combined.G").exit_code, different);
+  EXPECT_EQ(compare("clean.exr layer.exr --layer =View.Odd").exit_code, trouble);
+}
+
+TEST_F(CompareCommand, ChannelsOfNoiseAloneAreTrouble) {
+  Image noise = clean;
+  noise.channels = {"variance.R", "variance.G", "replicate0.R"};
+  write_image(noise, folder / "noise.exr");
+  const Result result = compare("noise.exr noise.exr");
+  EXPECT_EQ(result.exit_code, trouble);
+  EXPECT_TRUE(contains(result.output, "nothing to compare")) << result.output;
+}
+
+// What is not compared
+
+TEST_F(CompareCommand, BadValuesOutsideOfCropAndRegionsDontCount) {
+  Image bad = clean;
+  bad.values[0] = std::numeric_limits<float>::infinity();
+  bad.values[3] = std::numeric_limits<float>::quiet_NaN();
+  write_image(bad, folder / "bad.exr");
+  EXPECT_EQ(compare("bad.exr clean.exr --tolerance 0 --crop 2,0,30,24").exit_code, same);
+  EXPECT_EQ(compare("bad.exr clean.exr --tolerance 0 --crop 1,0,30,24").exit_code, trouble);
+  Image mask{32, 24, {"R", "G", "B"}, {}, {}};
+  for (int i = 0; i < 32 * 24; ++i) mask.values.insert(mask.values.end(), 3, i < 2 ? 0.0F : 1.0F);
+  write_image(mask, folder / "mask.png");
+  EXPECT_EQ(compare("bad.exr clean.exr --tolerance 0 --regions mask.png").exit_code, same);
+  mask.values.assign(mask.values.size(), 0.0F);
+  write_image(mask, folder / "black.png");
+  const Result result = compare("clean.exr clean.exr --regions black.png");
+  EXPECT_EQ(result.exit_code, trouble);
+  EXPECT_TRUE(contains(result.output, "no pixel to compare")) << result.output;
+}
+
+TEST_F(CompareCommand, AMasksKindIsTold) {
+  Image grey{32, 24, {"Y"}, std::vector<float>(32 * 24, 1.0F), {}};
+  write_image(grey, folder / "grey.exr");
+  EXPECT_TRUE(contains(compare("clean.exr clean.exr --regions grey.exr").output,
+                       "a mask in colour (R G B) is needed, this has only Y"));
+}
+
+// Formats
 // Formats
 
 TEST_F(CompareCommand, TransferFunctionsOfIntegersAreUndoneAndSaid) {
@@ -163,9 +262,53 @@ TEST_F(CompareCommand, PartsAreChosenByNameOrNumber) {
   ASSERT_TRUE(output->close());
   EXPECT_EQ(compare("parts.exr parts.exr --part beauty").exit_code, same);
   EXPECT_EQ(compare("parts.exr parts.exr --part 0").exit_code, same);
+  EXPECT_EQ(compare("parts.exr parts.exr --part 0=beauty").exit_code, same);
   const Result result = compare("parts.exr parts.exr --part alpha");
   EXPECT_EQ(result.exit_code, trouble);
   EXPECT_NE(result.output.find("0 'other', 1 'beauty'"), std::string::npos) << result.output;
+}
+
+TEST_F(CompareCommand, CodesCanBeComparedAsTheyAreStored) {
+  Image grey{32, 24, {"R", "G", "B"}, std::vector<float>(clean.values.size(), 0.5F), {}};
+  write_image(grey, folder / "grey.png");
+  compare("grey.png grey.png --codes --json result.json");
+  const auto json = nlohmann::json::parse(text_of(folder / "result.json"));
+  EXPECT_NEAR(json["channels"][0]["test"].get<double>(), 188.0 / 255.0, 1e-6);  // sRGB of 0.5
+}
+
+// The report
+
+TEST_F(CompareCommand, SmallNumbersShowThatTheyAreNotZero) {
+  Image test = clean;
+  for (float& value : test.values) value *= 0.999999F;
+  write_image(test, folder / "test.exr");
+  const Result result = compare("test.exr clean.exr --tolerance 0");
+  EXPECT_EQ(result.exit_code, different);
+  EXPECT_FALSE(contains(result.output, "-0.000 %")) << result.output;
+  EXPECT_TRUE(contains(result.output, " -0.0001")) << result.output;
+}
+
+TEST_F(CompareCommand, AlmostNothingInAnEmptyChannelIsTheSame) {
+  Image reference = clean;
+  for (size_t i = 2; i < reference.values.size(); i += 3) reference.values[i] = 0.0F;
+  Image test = reference;
+  test.values[2] = 1e-7F;
+  write_image(test, folder / "test.exr");
+  write_image(reference, folder / "reference.exr");
+  EXPECT_EQ(compare("test.exr reference.exr").exit_code, same);
+  const Result result = compare("test.exr reference.exr --tolerance 0");
+  EXPECT_EQ(result.exit_code, different);
+  EXPECT_TRUE(contains(result.output, "(1.302e-10, not 0)")) << result.output;
+}
+
+TEST_F(CompareCommand, JsonTellsTroubleAndInfiniteNumbers) {
+  Result result = compare("clean.exr clean.exr --json -");
+  EXPECT_EQ(nlohmann::json::parse(result.output)["channels"][0]["psnr"], "Infinity");
+  result = compare("missing.exr clean.exr --json result.json");
+  EXPECT_EQ(result.exit_code, trouble);
+  const auto json = nlohmann::json::parse(text_of(folder / "result.json"));
+  EXPECT_EQ(json["verdict"], "trouble");
+  EXPECT_TRUE(contains(json["explanation"], "No such file"));
 }
 
 // Noise and regions
@@ -232,6 +375,11 @@ TEST_F(CompareCommand, PixelsThatDifferMayBeAllowedAndAreTold) {
         << allowed.output;
   }
   EXPECT_EQ(compare(pair + "--max-outliers 0.3%").exit_code, different);
+  // The value is 0.1 brighter than one of at least 0.1.
+  EXPECT_EQ(compare(pair + "--max-outliers 3 --hard-limit 101%").exit_code, same);
+  const Result limited = compare(pair + "--max-outliers 3 --hard-limit 0.099");
+  EXPECT_EQ(limited.exit_code, different);
+  EXPECT_TRUE(contains(limited.output, "3 beyond the hard limit")) << limited.output;
 }
 
 TEST_F(CompareCommand, RegionsHaveTheMasksNames) {
@@ -272,6 +420,29 @@ TEST_F(CompareCommand, MapShowsLessInBlueAndMoreInRedWithItsScale) {
   EXPECT_EQ(code(15, 0), 1.0F);
   EXPECT_EQ(code(15, 2), 1.0F);
   EXPECT_GT(code(30, 0), 2 * code(30, 2));
+}
+
+TEST_F(CompareCommand, FlipGatesByMeanAndPercentileWhereAsked) {
+  Image test = clean;
+  for (size_t i = 0; i < test.values.size() / 10; ++i) test.values[i] += 0.2F;  // a tenth
+  write_image(test, folder / "test.exr");
+  const std::string pair = "test.exr clean.exr --tolerance 50% --max-outliers 100% ";
+  EXPECT_EQ(compare(pair + "--flip ldr --json result.json").exit_code, same);
+  const auto flip = nlohmann::json::parse(text_of(folder / "result.json"))["flip"];
+  const double mean = flip["mean"], p95 = flip["p95"];
+  EXPECT_GT(p95, 2.0 * mean);
+  for (const auto& [option, value] : {std::pair("mean", mean), {"p95", p95}}) {
+    const auto limit = [&](double factor) {
+      return pair + "--flip ldr --flip-" + option + " " + std::to_string(factor * value);
+    };
+    EXPECT_EQ(compare(limit(1.01)).exit_code, same);
+    const Result result = compare(limit(0.99));
+    EXPECT_EQ(result.exit_code, different);
+    EXPECT_TRUE(contains(result.output, "different: looks different: FLIP")) << result.output;
+  }
+  EXPECT_EQ(compare(pair + "--flip-mean 0.1").exit_code, trouble);
+  compare(pair + "--flip ldr --pixels-per-degree 20 --json result.json");
+  EXPECT_NE(nlohmann::json::parse(text_of(folder / "result.json"))["flip"]["mean"], mean);
 }
 
 TEST_F(CompareCommand, FlipIsToldAndDrawnButJudgesNothing) {
@@ -353,6 +524,29 @@ TEST_F(CompareCommand, BrokenGatesAreTrouble) {
   }
 }
 
+TEST_F(CompareCommand, FoldersArePairedByName) {
+  Image bright = clean;
+  for (float& value : bright.values) value *= 1.02F;
+  fs::create_directories(folder / "out/deep");
+  fs::create_directories(folder / "references/deep");
+  write_image(clean, folder / "out/a.exr");
+  write_image(bright, folder / "out/deep/b.exr");
+  write_image(clean, folder / "references/a.exr");
+  write_image(clean, folder / "references/deep/b.exr");
+  write_image(clean, folder / "references/c.exr");
+  const Result result = compare("out references --tolerance 1% --junit junit.xml");
+  EXPECT_EQ(result.exit_code, trouble);
+  EXPECT_TRUE(contains(result.output, "ok   a.exr: same")) << result.output;
+  EXPECT_TRUE(contains(result.output, "FAIL deep/b.exr: different")) << result.output;
+  EXPECT_TRUE(contains(result.output, "FAIL c.exr: trouble: out/c.exr: cannot open"))
+      << result.output;
+  EXPECT_TRUE(contains(text_of(folder / "junit.xml"), "tests=\"3\""));
+  fs::remove(folder / "references/c.exr");
+  EXPECT_EQ(compare("out references --tolerance 5%").exit_code, same);
+  fs::create_directory(folder / "empty");
+  EXPECT_EQ(compare("empty empty").exit_code, trouble);
+}
+
 TEST_F(CompareCommand, ReferencesAreUpdatedOnlyWhenAsked) {
   Image bright = clean;
   for (float& value : bright.values) value *= 1.02F;
@@ -364,6 +558,59 @@ TEST_F(CompareCommand, ReferencesAreUpdatedOnlyWhenAsked) {
   EXPECT_EQ(result.exit_code, different);
   EXPECT_NE(result.output.find("clean.exr is now bright.exr"), std::string::npos) << result.output;
   EXPECT_EQ(compare("bright.exr clean.exr --tolerance 0").exit_code, same);
+}
+
+TEST_F(CompareCommand, UpdatesHaveTheReferencesFormat) {
+  write_image(clean, folder / "clean.png");
+  Image large{40, 30, clean.channels, std::vector<float>(40 * 30 * 3, 0.5F), {}};
+  write_image(large, folder / "large.exr");
+  write_text(folder / "gate.toml", R"(
+    [[compare]]
+    test = "clean.png"
+    reference = "new.exr"
+    [[compare]]
+    test = "clean.exr"
+    reference = "large.exr"
+  )");
+  const Result result = compare("--gate gate.toml --update");
+  EXPECT_EQ(result.exit_code, trouble);
+  EXPECT_TRUE(contains(result.output, "new.exr is now clean.png")) << result.output;
+  EXPECT_TRUE(contains(result.output, "large.exr is now clean.exr")) << result.output;
+  EXPECT_TRUE(text_of(folder / "new.exr").starts_with("v/1\x01"));
+  EXPECT_EQ(compare("clean.png new.exr --tolerance 0").exit_code, same);
+  EXPECT_EQ(compare("clean.exr large.exr --tolerance 0").exit_code, same);
+}
+
+TEST_F(CompareCommand, UpdatesHoldWhatWasComparedAndLoseNothingElse) {
+  Image bright = clean;
+  for (float& value : bright.values) value *= 3.0F;
+  write_image(bright, folder / "bright.exr");
+  compare("clean.exr mean.exr --replicates bright.exr --update");
+  Image mean = clean;
+  for (float& value : mean.values) value *= 2.0F;
+  write_image(mean, folder / "expected.exr");
+  EXPECT_EQ(
+      compare("mean.exr expected.exr --tolerance 0.0001% --floor 0 --channels R,G,B").exit_code,
+      inconclusive);  // it has the variance of two replicates
+  EXPECT_EQ(read_image(folder / "mean.exr").channels.size(), 6U);
+
+  write_image(with(clean, {{"A", 1.0F}}), folder / "alpha.exr");
+  const std::string before = text_of(folder / "alpha.exr");
+  const Result result = compare("bright.exr alpha.exr --channels R,G,B --update");
+  EXPECT_EQ(result.exit_code, trouble);
+  EXPECT_TRUE(contains(result.output, "would lose its A")) << result.output;
+  EXPECT_EQ(text_of(folder / "alpha.exr"), before);
+}
+
+TEST_F(CompareCommand, UnfitTestsDontBecomeReferences) {
+  Image bad = clean;
+  bad.values[0] = std::numeric_limits<float>::quiet_NaN();
+  write_image(bad, folder / "bad.exr");
+  EXPECT_EQ(compare("bad.exr clean.exr --update").exit_code, trouble);
+  EXPECT_EQ(compare("bad.exr new.exr --update").exit_code, trouble);
+  EXPECT_EQ(compare("missing.exr clean.exr --update").exit_code, trouble);
+  EXPECT_FALSE(fs::exists(folder / "new.exr"));
+  EXPECT_EQ(compare("clean.exr clean.exr --tolerance 0").exit_code, same);
 }
 
 }  // namespace

@@ -582,7 +582,7 @@ TEST(Poison, OtherSizesAndChannelsAreRefused) {
   EXPECT_NE(refusal(other, clean).find("32 x 128"), std::string::npos);
   other = clean;
   other.image.channels[1] = "A";
-  EXPECT_NE(refusal(other, clean).find("channels A B R"), std::string::npos);
+  EXPECT_NE(refusal(other, clean).find("only the test has A"), std::string::npos);
   EXPECT_EQ(refusal(other, clean, {"R", "B"}), "accepted");
   EXPECT_NE(refusal(other, clean, {"G"}).find("no channel G"), std::string::npos);
 }
