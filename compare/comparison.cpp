@@ -18,8 +18,8 @@ namespace {
 constexpr size_t findings_kept = 10;
 constexpr int neighbourhood = 4;  // pixels to each side whose noise a pixel may share
 
-// Below this part of the image's median a value is as dark as black for relative amounts: within a
-// few per cent of it lies what 8-bit sRGB codes lose there.
+// Below this part of the typical value relative amounts are as at it: the relative errors of 8-bit
+// sRGB codes grow without bound from there on.
 constexpr double dark = 0.1;
 constexpr int64_t pixels_for_median = 1 << 16;  // are enough
 
@@ -256,14 +256,12 @@ class Judge {
   void conclude() {
     bool is_different = false;
     bool has_outliers = false;
-    for (const Level& level : result_.levels) {
+    for (Level& level : result_.levels) {
       const Amount& most = judgement_.max_outliers;
       const double pixels = most.value * (most.is_relative ? double(level.units) : 1.0);
-      if (level.unit == Unit::pixel) {
-        has_outliers = double(level.different) > pixels || level.beyond_limit > 0;
-      } else {
-        is_different |= level.different > 0;
-      }
+      const double allowed = level.unit == Unit::pixel ? pixels : 0.0;
+      level.differs = double(level.different) > allowed || level.beyond_limit > 0;
+      (level.unit == Unit::pixel ? has_outliers : is_different) |= level.differs;
     }
     bool is_same = true;
     for (const auto* findings : {&result_.image, &result_.regions}) {
@@ -409,8 +407,9 @@ Comparison compare(const Picture& test, const Picture& reference,
 void add_flip(Comparison& comparison, const Flip& flip, const Judgement& judgement) {
   comparison.flip = flip;
   constexpr double any = std::numeric_limits<double>::infinity();
-  comparison.looks_different =
+  const bool is_beyond =
       flip.mean > judgement.flip_mean.value_or(any) || flip.p95 > judgement.flip_p95.value_or(any);
+  comparison.looks_different = is_beyond && comparison.verdict != Verdict::different;
   if (comparison.looks_different) comparison.verdict = Verdict::different;
 }
 

@@ -58,6 +58,7 @@ struct Level {
   int64_t units = 0;                // how many there are
   int64_t different = 0;            // how many of them differ, in any channel
   int64_t beyond_limit = 0;         // how many of these do by more than the hard limit
+  bool differs = false;             // whether these are too many
   double visible = 0;               // a bias that would be found, as a part of what is judged; the
                                     // median over units and channels
   std::vector<Finding> worst = {};  // of the units that differ ten at most, the clearest first
@@ -94,7 +95,7 @@ struct Comparison {
   int64_t fireflies = 0;         // how many pixels outshine their surroundings
   Estimate without_fireflies;    // the mean of all channels over the other pixels
   std::optional<Flip> flip;      // compare() leaves it empty
-  bool looks_different = false;  // by FLIP
+  bool looks_different = false;  // FLIP alone makes the verdict `different`
 };
 
 // Compares two pictures that match() has matched, which returned the `channels`. `regions` may be

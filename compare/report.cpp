@@ -201,7 +201,7 @@ double least_tolerance(const Comparison& comparison) {
 // What differs most.
 std::string clearest(const Comparison& comparison) {
   const auto clearness = [](const Level& level) {
-    return level.worst.empty() ? 0.0 : level.worst.front().estimate.excess;
+    return !level.differs ? 0.0 : level.worst.front().estimate.excess;
   };
   const Level& level = *std::ranges::max_element(comparison.levels, {}, clearness);
   const Finding& f = level.worst.front();
@@ -220,8 +220,7 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
         "the means differ by less than {}, but not {}; --max-outliers lets them pass", tolerated,
         but);
   }
-  const auto differs = [](const Level& level) { return level.different > 0; };
-  if (comparison.looks_different && std::ranges::none_of(comparison.levels, differs)) {
+  if (comparison.looks_different) {
     return fmt::format("looks different: FLIP has the mean {:.4g} and the 95th percentile {:.4g}",
                        comparison.flip->mean, comparison.flip->p95);
   }

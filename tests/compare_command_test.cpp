@@ -101,7 +101,9 @@ TEST_F(CompareCommand, UnreadableFilesAreTrouble) {
   expect_trouble("text.exr", "not an EXR image");
   expect_trouble("text.png", "not a PNG image");
   expect_trouble("clean.odd", "unknown image format");
-  expect_trouble("folder.exr", "Is a directory");
+  for (const char* pair : {"folder.exr clean.exr", "clean.exr folder.exr"}) {
+    EXPECT_TRUE(contains(compare(pair).output, "folder.exr: cannot read: Is a directory"));
+  }
   expect_trouble("missing.exr", "No such file");
 }
 
