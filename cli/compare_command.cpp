@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -76,7 +77,7 @@ CLI::Option* add_plain(CLI::App& command, const std::string& name, const std::st
   return command.add_option(name, target, help)->type_name(value);
 }
 
-void add_options(CLI::App& command, Options& options) {
+void add_judging(CLI::App& command, Options& options) {
   Judgement& judgement = options.judgement;
   add_plain(command, "TEST", "", options.test,
             "Picture to judge, in any format OpenImageIO reads, or a\nfolder of them");
@@ -94,6 +95,17 @@ void add_options(CLI::App& command, Options& options) {
             "judged, and their scatter is its noise");
   add_plain(command, "--reference-replicates", "FILE", options.reference_replicates,
             "The same for REFERENCE");
+  add_option(command, "--max-outliers", "N", judgement.max_outliers, parse_amount,
+             "Pixels that may differ, such as those at a lamp's\n"
+             "edge: '12', or '0.1%' of all (default: 0)");
+  add_option(command, "--hard-limit", "T", judgement.hard_limit, parse_amount,
+             "By how much these may differ, as --tolerance; no pixel\n"
+             "may by more");
+  add_option(command, "--false-alarms", "P", judgement.false_alarm, number(1e-12, 0.5),
+             "Chance that noise alone makes the verdict 'different'\n(default: 0.001)");
+}
+
+void add_selecting(CLI::App& command, Options& options) {
   add_plain(command, "--regions", "MASK", options.regions,
             "Picture with a colour for each region, black for what is\n"
             "not compared;\n"
@@ -116,14 +128,10 @@ void add_options(CLI::App& command, Options& options) {
   command.add_flag("--other-scene", options.other_scene,
                    "Compare even if the pictures say that their scenes differ");
   command.add_flag("--negative", options.selection.negative, "Negative values are no error");
-  add_option(command, "--max-outliers", "N", judgement.max_outliers, parse_amount,
-             "Pixels that may differ, such as those at a lamp's\n"
-             "edge: '12', or '0.1%' of all (default: 0)");
-  add_option(command, "--hard-limit", "T", judgement.hard_limit, parse_amount,
-             "By how much these may differ, as --tolerance; no pixel\n"
-             "may by more");
-  add_option(command, "--false-alarms", "P", judgement.false_alarm, number(1e-12, 0.5),
-             "Chance that noise alone makes the verdict 'different'\n(default: 0.001)");
+}
+
+void add_reporting(CLI::App& command, Options& options) {
+  Judgement& judgement = options.judgement;
   add_plain(command, "--json", "FILE", options.json, "All numbers; '-' for standard output alone");
   add_plain(command, "--markdown", "FILE", options.markdown, "What is printed otherwise");
   add_plain(
@@ -145,6 +153,12 @@ void add_options(CLI::App& command, Options& options) {
   command.add_flag("--update", options.update,
                    "Write TEST as the new REFERENCE, in the format of its\n"
                    "name, unless they are the same");
+}
+
+void add_options(CLI::App& command, Options& options) {
+  add_judging(command, options);
+  add_selecting(command, options);
+  add_reporting(command, options);
 }
 
 // What was assumed about a picture, a line.
@@ -217,12 +231,29 @@ Picture read_side(const Options& options, const std::string& side, const std::st
   return read_picture(side, files, part, options.integers);
 }
 
+// What can be drawn of pictures of other sizes: their difference, black being where one ends.
+void draw_sizes(const Options& options, Picture test, Picture reference) {
+  const int width = std::max(test.image.width, reference.image.width);
+  const int height = std::max(test.image.height, reference.image.height);
+  enlarge(test, width, height);
+  enlarge(reference, width, height);
+  match(test, reference, options.selection);
+  write_image(draw_map(MapKind::difference, test, reference, {0, 0, width, height}), options.map);
+}
+
+bool have_one_size(const Image& a, const Image& b) {
+  return a.width == b.width && a.height == b.height;
+}
+
 // Compares, and writes all files that are asked for.
 Result judge_files(const Options& options) {
   const auto [test_part, reference_part] = name_on_each_side(options.part);
   Picture test = read_side(options, "test", test_part);
   Picture reference = read_side(options, "reference", reference_part);
   if (!options.other_scene) refuse_other_scenes(test, reference);
+  if (!options.map.empty() && !have_one_size(test.image, reference.image)) {
+    draw_sizes(options, test, reference);
+  }
   const Image& image = test.image;
   const Window window = options.crop.value_or(Window{0, 0, image.width, image.height});
   Regions regions;
@@ -283,7 +314,7 @@ Result compare_files(const Options& options) {
     const ComparedFiles files{options.test, options.reference, ""};
     write_text(options.json.empty() ? "" : trouble_to_json(error.what(), files).dump(2) + "\n",
                options.json);
-    if (!options.update) throw;
+    if (!options.update || dynamic_cast<const ImageError*>(&error) == nullptr) throw;
     result.explanation = result.report = fmt::format("trouble: {}\n", error.what());
   }
   if (options.update && result.verdict != Verdict::same) result.update = update(options);

@@ -309,6 +309,17 @@ Names match(Picture& test, Picture& reference, const Names& wanted, bool negativ
   return match(test, reference, {.channels = colours, .negative = negative});
 }
 
+void enlarge(Picture& picture, int width, int height) {
+  const Image small = std::move(picture.image);
+  Image& image = picture.image = {width, height, small.channels, {}, small.provenance};
+  const size_t stride = image.channels.size(), row = size_t(small.width) * stride;
+  image.values.resize(size_t(width) * size_t(height) * stride);
+  for (int y = 0; y < small.height; ++y) {
+    std::copy_n(&small.values[size_t(y) * row], row, &image.values[image.pixel(0, y) * stride]);
+  }
+  picture.file_variances.clear();
+}
+
 void keep_only(Picture& test, Picture& reference, const Window& w, const Regions& regions) {
   check_sizes(test, reference);
   const bool is_whole =

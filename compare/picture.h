@@ -118,6 +118,9 @@ struct Regions {
   bool hold(size_t pixel) const { return of_pixel.empty() || of_pixel[pixel] >= 0; }
 };
 
+// Makes a picture larger, with black to its right and below.
+void enlarge(Picture& picture, int width, int height);
+
 // Blackens on both sides what is not compared, so that no bad value there counts: pixels outside
 // the window, or that the regions don't hold. Throws ImageError if sizes differ.
 void keep_only(Picture& test, Picture& reference, const Window& window, const Regions& regions);

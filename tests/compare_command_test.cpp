@@ -424,6 +424,15 @@ TEST_F(CompareCommand, MapShowsLessInBlueAndMoreInRedWithItsScale) {
   EXPECT_GT(code(30, 0), 2 * code(30, 2));
 }
 
+TEST_F(CompareCommand, OtherSizesAreTroubleButDrawn) {
+  const Image small{20, 12, clean.channels, std::vector<float>(20 * 12 * 3, 0.5F), {}};
+  write_image(small, folder / "small.exr");
+  EXPECT_EQ(compare("small.exr clean.exr -o map.png").exit_code, trouble);
+  const Image map = read_image(folder / "map.png", "", Integers::codes);
+  const size_t beyond = map.pixel(28, 20) * 3;  // where the test is black
+  EXPECT_GT(map.values[beyond + 2], 2 * map.values[beyond]);
+}
+
 TEST_F(CompareCommand, FlipGatesByMeanAndPercentileWhereAsked) {
   Image test = clean;
   for (size_t i = 0; i < test.values.size() / 10; ++i) test.values[i] += 0.2F;  // a tenth
@@ -611,6 +620,10 @@ TEST_F(CompareCommand, UnfitTestsDontBecomeReferences) {
   EXPECT_EQ(compare("bad.exr clean.exr --update").exit_code, trouble);
   EXPECT_EQ(compare("bad.exr new.exr --update").exit_code, trouble);
   EXPECT_EQ(compare("missing.exr clean.exr --update").exit_code, trouble);
+  Image bright = clean;
+  bright.values[9] += 0.5F;
+  write_image(bright, folder / "bright.exr");
+  EXPECT_EQ(compare("bright.exr clean.exr --crop 9,9,99,99 --update").exit_code, trouble);
   EXPECT_FALSE(fs::exists(folder / "new.exr"));
   EXPECT_EQ(compare("clean.exr clean.exr --tolerance 0").exit_code, same);
 }
