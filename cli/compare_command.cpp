@@ -53,7 +53,7 @@ struct Options {
   std::string gate, junit;
 };
 
-// "0.5%" of the reference's mean, or "0.002" in radiance; "0.1%" of the pixels, or "12" of them.
+// "0.5%" of what is judged, or "0.002" in radiance; "0.1%" of the pixels, or "12" of them.
 Amount parse_amount(const std::string& text) {
   if (!text.ends_with('%')) return {number(0.0, 1e30)(text), false};
   return {number(0.0, 1e6)(text.substr(0, text.size() - 1)) / 100.0, true};
