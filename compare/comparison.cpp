@@ -170,7 +170,9 @@ class Judge {
       const Criterion judge = criterion(c, own, unit);
       Finding finding{"", {}, result_.channels[c], judge.estimate(pools[i], critical)};
       locate(static_cast<int>(i / channels), finding);
-      if (scale(c, own) > 0.0) visible.push_back(finding.estimate.visible / scale(c, own));
+      if (is_of_picture(c) && scale(c, own) > 0.0) {
+        visible.push_back(finding.estimate.visible / scale(c, own));
+      }
       if (all != nullptr) {
         result_.samples_factor =
             std::max(result_.samples_factor, judge.samples_factor(finding.estimate));
@@ -208,7 +210,7 @@ class Judge {
       level.different += different;
       level.beyond_limit += beyond_limit;
       for (const Finding& finding : worst) keep(finding, level.worst);
-      for (size_t c = 0; c < test_.channel_count(); ++c) {
+      for (size_t c = 0; c < test_.averaged; ++c) {
         const int x = w.x + w.width / 2;
         if (!regions_.hold(test_.image.pixel(x, y))) break;
         const double own = pair_at(x, y, c).reference;
@@ -276,6 +278,9 @@ class Judge {
   }
 
  private:
+  // Rather than of another layer, whose noise may not be known.
+  bool is_of_picture(size_t c) const { return c < test_.averaged || c == test_.channel_count(); }
+
   // What a relative amount is a part of, for a unit whose reference has this average.
   double scale(size_t c, double own) const {
     return has_unit_scale_[c] ? 1.0 : std::max(std::abs(own), least_scales_[c]);

@@ -60,7 +60,7 @@ struct Level {
   int64_t beyond_limit = 0;         // how many of these do by more than the hard limit
   bool differs = false;             // whether these are too many
   double visible = 0;               // a bias that would be found, as a part of what is judged; the
-                                    // median over units and channels
+                                    // median over units and averaged channels
   std::vector<Finding> worst = {};  // of the units that differ ten at most, the clearest first
 };
 
