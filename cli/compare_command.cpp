@@ -397,7 +397,7 @@ void add_compare(CLI::App& app, int& exit_code) {
   plumb compare test.exr reference.exr --tolerance 0.5%
   plumb compare a1.exr cycles.exr --replicates a2.exr a3.exr --floor 0.3%
   plumb compare test.exr reference.exr --regions mask.png -o diff.png
-  plumb compare out references --tolerance 1%       # all pictures in two folders
+  plumb compare out references --tolerance 1%      # all pictures in two folders
   plumb compare --gate gate.toml --junit results.xml
 
 Exit codes: 0 same, 1 different, 2 trouble (NaN, infinite or negative values,

@@ -239,7 +239,9 @@ class Judge {
       if (blocks[i].squares <= least) continue;
       const Window w = block_window(window, static_cast<int>(i));
       for (int j = 0; j < w.width * w.height; ++j) {
-        const PixelPair pair = pair_at(w.x + j % w.width, w.y + j / w.width, all);
+        const int x = w.x + j % w.width, y = w.y + j / w.width;
+        if (!regions_.hold(test_.image.pixel(x, y))) continue;
+        const PixelPair pair = pair_at(x, y, all);
         const double square = pair.difference() * pair.difference();
         if (square <= std::max(least, blocks[i].squares / 2.0)) continue;
         const Criterion judge = criterion(all, pair.reference, Unit::pixel);

@@ -62,23 +62,24 @@ void append(Image& whole, const Image& part, const std::string& name) {
 Image read_parts(const std::string& file, const std::string& wanted, Integers integers) {
   Image image = read_image(file, wanted, integers);
   if (!wanted.empty()) return image;
-  for (int part = 1;; ++part) {
-    const std::string number = std::to_string(part);
-    try {
-      append(image, read_image(file, number, integers), number);
-    } catch (const ImageError& error) {
-      if (std::string_view(error.what()).find(": no part '") == std::string_view::npos) throw;
-      return image;
-    }
+  for (const std::string& part : std::exchange(image.other_parts, {})) {
+    append(image, read_image(file, part, integers), part);
   }
+  return image;
 }
 
 void check_sizes(const Picture& test, const Picture& reference) {
   const Image& a = test.image;
   const Image& b = reference.image;
-  if (a.width == b.width && a.height == b.height) return;
-  throw ImageError(fmt::format("the test has {} x {} pixels, the reference {} x {}", a.width,
-                               a.height, b.width, b.height));
+  if (a.width != b.width || a.height != b.height) {
+    throw ImageError(fmt::format("the test has {} x {} pixels, the reference {} x {}", a.width,
+                                 a.height, b.width, b.height));
+  }
+  if (a.left == b.left && a.top == b.top) return;
+  throw ImageError(
+      fmt::format("the test is of another place: its first pixel is {},{}, the "
+                  "reference's {},{}",
+                  a.left, a.top, b.left, b.top));
 }
 
 // `all` gets another replicate of each value of the picture.
@@ -350,6 +351,7 @@ Regions read_regions(const std::filesystem::path& mask, int width, int height) {
                                  mask.string(), fmt::join(image.channels, " ")));
   }
   Regions regions;
+  regions.excludes_rest = image.provenance.regions.empty();
   std::map<long, int> indices{{0, -1}};
   for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
     long colour = 0;

@@ -67,7 +67,7 @@ Picture to_picture(const std::string& side, Image image, std::optional<int> repl
 // Reads a picture. Several files are renders of the same scene with different seeds and equally
 // many samples: the picture is their mean, and their scatter is its noise. `part` is the same as in
 // read_image(); if it is empty, the channels of all parts are read, those of further parts by names
-// such as "1.R", with the part's number. Throws ImageError.
+// such as "depth.Z", with the part's name or, without one, its number. Throws ImageError.
 Picture read_picture(const std::string& side, const std::vector<std::string>& files,
                      const std::string& part, Integers integers = Integers::linear);
 
@@ -112,10 +112,13 @@ struct Window {
 
 struct Regions {
   std::vector<std::string> names;
-  std::vector<int> of_pixel;  // the index of its region's name, or -1; empty without any regions
+  std::vector<int> of_pixel;   // the index of its region's name, or -1; empty without any regions
+  bool excludes_rest = false;  // whether pixels in no region are not compared at all
 
-  // Whether a pixel is compared: if there are regions, only those in one are.
-  bool hold(size_t pixel) const { return of_pixel.empty() || of_pixel[pixel] >= 0; }
+  // Whether a pixel is compared.
+  bool hold(size_t pixel) const {
+    return !excludes_rest || of_pixel.empty() || of_pixel[pixel] >= 0;
+  }
 };
 
 // Makes a picture larger, with black to its right and below.
@@ -125,9 +128,11 @@ void enlarge(Picture& picture, int width, int height);
 // the window, or that the regions don't hold. Throws ImageError if sizes differ.
 void keep_only(Picture& test, Picture& reference, const Window& window, const Regions& regions);
 
-// Reads a mask, which has a colour for each region and black for pixels in none. A region's name is
-// the mask's metadata "plumbline:region#RRGGBB" or, without that, "#RRGGBB" itself, with the sRGB
-// codes of the colour. Throws ImageError, also if the mask does not have this size.
+// Reads a mask, which has a colour for each region and black for pixels in none. These are not
+// compared, unless the mask names its regions, as those of 'plumb render --aov' do: there black
+// pixels see an edge or nothing. A region's name is that of its colour in the provenance or,
+// without one, "#RRGGBB", the sRGB codes of the colour. Throws ImageError, also if the mask does
+// not have this size.
 Regions read_regions(const std::filesystem::path& mask, int width, int height);
 
 }  // namespace plumb

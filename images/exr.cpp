@@ -16,6 +16,8 @@
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <mutex>
 #include <thread>
@@ -138,6 +140,24 @@ void read_header(const Imf::Header& header, StoredImage& stored) {
   image.encoding = type == Imf::FLOAT ? "float" : type == Imf::HALF ? "half" : "uint";
 }
 
+// OpenEXR doesn't notice a chunk that holds less than the header says. No run-length code and no
+// deflated data shrink by more than 1032 times; other compressions have no such bound.
+void check_bytes(const Imf::Header& header, const StoredImage& stored, const fs::path& file) {
+  constexpr double most_compression = 1032.0;
+  if (header.compression() > Imf::ZIP_COMPRESSION) return;
+  double bytes = 0.0;  // of a pixel
+  for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
+    bytes += c.channel().type == Imf::HALF ? 2.0 : 4.0;
+  }
+  const double pixels = double(stored.data.width) * double(stored.data.height);
+  const auto present = static_cast<double>(fs::file_size(file));
+  if (header.channels().findChannel("RY") == nullptr &&
+      pixels * bytes > most_compression * present) {
+    fail(file, "damaged EXR image",
+         fmt::format("{} x {} pixels in {} bytes", stored.data.width, stored.data.height, present));
+  }
+}
+
 void read_pixels(Imf::MultiPartInputFile& input, int number, const fs::path& file,
                  StoredImage& stored) {
   const Imf::Header& header = input.header(number);
@@ -205,6 +225,7 @@ StoredImage read_exr(const fs::path& file, const std::string& part) {
     }
     read_header(header, stored);
     check_size(stored, file);
+    check_bytes(header, stored, file);
     read_pixels(input, number, file, stored);
   } catch (const Iex::BaseExc& error) {
     fail(file, problem, error.what());
