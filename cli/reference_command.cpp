@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -72,7 +74,7 @@ void add_options(CLI::App& command, Options& options) {
              "Pictures with so many seeds, whose mean is written\nand whose differences give the "
              "variance\n(default: by quality)");
   add_option(command, "--seed", "N", settings.first_seed, number(1, 1 << 30),
-             "The first of the seeds (default: 1)");
+             "The first of the seeds (default: 101; those of stored\nreferences begin with 1)");
   add_option(command, "--set", "NAME=NUMBER", settings.overrides,
              list_renderers(settings_help) + "; can be repeated")
       ->allow_extra_args(false);

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
@@ -26,7 +28,7 @@ namespace {
 struct Options {
   SceneOptions scene;
   std::vector<std::string> outputs;
-  Settings settings;
+  Settings settings{.seed = 1, .bounces = {}};
   Limits limits;
   std::optional<int64_t> spp;
   std::optional<SampleRange> samples;
@@ -65,7 +67,8 @@ void add_options(CLI::App& command, Options& options) {
              "Arithmetic: float (default) or double");
   add_size_and_bounces(command, options.scene);
   add_option(command, "--seed", "N", settings.seed, number<uint32_t>(0, 0x7fffffff),
-             "Another seed gives other noise (default: 0)");
+             "Another seed gives other noise (default: 1; stored\n"
+             "references have 0)");
   add_option(command, "--threads", "N", settings.threads, number(1, 1024),
              "Threads at most (default: one per processor)");
   add_option(command, "--aov", "KIND", options.mask, one_of(region_words),

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Renderers that share no code with this one. Each is a description: what it can, what it reads,
 // how it is called, and what its picture means. Everything else asks the description: to add a
 // renderer is to write its file and to name it in table.cpp (and in CMakeLists.txt, to be built).
@@ -21,7 +23,7 @@ struct ReferenceSettings {
   Quality quality = Quality::good;
   int samples_per_pixel = 0;  // of each seed; 0: the quality's
   int seeds = 0;              // 0: the quality's
-  int first_seed = 1;
+  int first_seed = 101;
   std::vector<std::string> overrides = {};  // settings of the renderer's own, NAME=NUMBER
   BounceRange bounces = {};
   int threads = 0;  // 0: all that the machine has

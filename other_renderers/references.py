@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Renders the stored ground truth of all scenes anew, or checks it.
 
     python3 other_renderers/references.py make PLUMB    (which is 'make references')
@@ -100,10 +102,11 @@ def render_masks(scene):
 
 def render_all(scene):
     file = scene_file(scene)
-    plumb("render", file, "--spp", SAMPLES[scene], "-o", picture(scene, "plumbline"))
+    plumb("render", file, "--spp", SAMPLES[scene], "--seed", 0,
+          "-o", picture(scene, "plumbline"))
     for other in OTHERS:
         # Those of a picture, which some programs hold in memory at once.
-        samples = ["--spp", 256, "--seeds", 16] if other["hasSamples"] else []
+        samples = ["--spp", 256, "--seeds", 16, "--seed", 1] if other["hasSamples"] else []
         plumb("reference", file, "--with", other["word"], "--quality", "best", *samples,
               "-o", picture(scene, other["word"]))
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What may be relied on about the command line: it is run as a user would run it.
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -284,7 +286,7 @@ TEST_F(CliTest, MergeRefusesWhatDoesNotBelongTogether) {
       {"a", "scene.xml --samples 0:8"},
       {"overlap", "scene.xml --samples 4:12"},
       {"later", "scene.xml --samples 12:16"},
-      {"seed", "scene.xml --samples 8:16 --seed 1"},
+      {"seed", "scene.xml --samples 8:16 --seed 2"},
       {"scene", "unlit.xml --samples 8:16"},
       {"size", "scene.xml --samples 8:16 --size 6x8"},
       {"whole", "scene.xml --spp 8"},
