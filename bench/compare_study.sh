@@ -1,4 +1,6 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+
 # How often `plumb compare` calls honest renders different, and which faults it finds from how many
 # samples per pixel on: the tables of docs/compare.md.
 #   bench/compare_study.sh build/plumb [PAIRS [FOLDER]]

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // How far rounding moves the points that a rectangular lamp is sampled at, and what that means for
 // irradiance. Prints the tables of docs/lamp-sampling.md.
 #include <fmt/format.h>

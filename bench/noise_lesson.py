@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Renders the plot and the pictures of docs/lessons/noise.md, and prints its table.
 
     python3 bench/noise_lesson.py PLUMB    (which is 'make lessons'; four minutes on two cores)

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Speed and accuracy of the renderer's methods and samplers, and of other path tracers, on the
 // reference scenes. Columns:
 //

@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Writes the tables of docs/stability.md.
 
     python3 bench/stress_table.py PLUMB    (which is 'make stress')

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The subcommands of `plumb`, and how they take their options.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // From films and masks to images and back: the picture with its noise, the replicates that merging
 // needs, and the provenance.
 #pragma once

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Other renderers in the help of commands.
 #pragma once
 

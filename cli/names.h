@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Values as words, the same on the command line and in images. All parsers throw
 // std::invalid_argument, which says what the text should have been.
 #pragma once

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // One line on stderr that keeps the user informed of long work.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What 'plumb converge' and 'plumb chart' have in common: pictures in, an exhibit out.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Scenes of `plumb stress`, what is known of their pictures, and how ways of rendering are tried on
 // them for a limited time.
 #pragma once

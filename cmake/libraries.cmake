@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 # Finds what the libraries are built with: for this project, and for those who use it installed.
 
 # Defines `target` by pkg-config or, where that doesn't know the module, by the package's own CMake

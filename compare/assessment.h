@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Assesses a way of rendering by a picture that it has drawn in a limited time: whether it is
 // right, and how fast its noise falls.
 #pragma once

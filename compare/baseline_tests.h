@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What tests in common use say of two pictures: the project's own comparison is measured against
 // them.
 #pragma once

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // How wrong a stored picture may be, by the card that lies beside it.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Compares a picture with a reference: how far apart they are, and whether noise explains that.
 #pragma once
 

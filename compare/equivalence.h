@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Tells whether two noisy averages are the same up to a tolerance.
 #pragma once
 

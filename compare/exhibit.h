@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What a study shows: how the error falls with the samples, and how accuracy trades against speed.
 // Each is a plot with its table and sentences.
 #pragma once

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 #include "compare/flip.h"
 
 #include <tbb/parallel_for.h>

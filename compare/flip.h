@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // How different two pictures look to somebody who flips between them on a display.
 #pragma once
 

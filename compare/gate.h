@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // A gate: a list of comparisons, each with the verdict that it must end with.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 #include "compare/junit.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // A gate's outcome as CI servers read it.
 #pragma once
 

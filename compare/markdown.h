@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Tables and numbers for documents and terminals.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // One side of a comparison: a picture from anyone's file, checked, with its noise where it is
 // known; and named parts of it.
 #pragma once

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 #include "compare/plot.h"
 
 #include <fmt/format.h>

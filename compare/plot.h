@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Curves on doubly logarithmic axes, drawn by gnuplot.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // How an error falls with the number of samples.
 #pragma once
 

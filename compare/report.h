@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What a comparison found, as text for people and as JSON for programs.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // How heavy the tail of the samples' distribution is: how much of the noise rare bright ones make.
 #pragma once
 

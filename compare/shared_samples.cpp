@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 #include "compare/shared_samples.h"
 
 #include <fmt/format.h>

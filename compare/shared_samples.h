@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What two pictures have in common besides the scene, by what they say of themselves: the samples,
 // and with them the noise.
 #pragma once

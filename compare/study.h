@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Renders of one scene by several methods, compared with one reference: the data of convergence
 // plots and of charts of speed against accuracy.
 #pragma once

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 #include "compare/sums.h"
 
 #include <tbb/blocked_range.h>

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Sums of two pictures and of their differences over blocks, regions and all pixels.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // EXR files, by OpenEXR, on all cores.
 #pragma once
 

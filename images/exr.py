@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """What the project's scripts read of an EXR: what it says about itself, and its pixels."""
 
 import json

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 #include "images/image.h"
 
 #include <OpenImageIO/color.h>

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Pictures in files: linear float EXR that says how it was made, sRGB previews, and what other
 // programs write.
 #pragma once

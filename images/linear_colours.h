@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What stored colours mean: transfer functions, alpha and primaries.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What the module plumb_formats has: formats other than EXR, by OpenImageIO. That starts 250
 // libraries, so that the module is loaded when it is needed.
 #pragma once

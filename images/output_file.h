@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Writes whole files: what is read under a name is the old file or the new one, never a half.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What a picture says of itself: who made it, of which scene, how, and at what cost. A picture by
 // another program may say nothing: every field may be missing.
 #pragma once

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Provenance as attributes of an image file, named "plumbline:sceneHash" and so on.
 #pragma once
 

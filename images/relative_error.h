@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The relative error of a picture, whose formula is the same wherever one is measured or estimated.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Mean and noise of what was measured several times, independently.
 #pragma once
 

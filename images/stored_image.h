@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // A picture as it is stored: what the readers of file formats give to read_image().
 #pragma once
 

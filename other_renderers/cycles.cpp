@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Cycles, the path tracer of Blender 3.4 and later, which reads a scene as a Python script.
 #include <fmt/ranges.h>
 

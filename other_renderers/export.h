@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Writes scenes as other renderers read them, and what the descriptions of these renderers share.
 #pragma once
 

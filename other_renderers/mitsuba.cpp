@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Mitsuba 3, which reads scene files as they are.
 #include <fmt/format.h>
 

@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Draws the scenes that `plumb export --to cycles` writes, in Blender 3.4 or later.
 
 Here is what all scenes share: how Cycles expresses Plumbline's surfaces, lamps and camera, and the

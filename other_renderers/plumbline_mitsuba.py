@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Renders a scene file with Mitsuba 3.
 
     python3 plumbline_mitsuba.py cornell/scene.xml -o cornell.exr --spp 256 --seed 1

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // POV-Ray 3.7, whose radiosity knows qualities but no samples.
 #include <fmt/ranges.h>
 

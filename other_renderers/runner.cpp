@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 #include "other_renderers/runner.h"
 
 #include <fmt/format.h>

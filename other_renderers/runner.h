@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Has another renderer draw a scene.
 #pragma once
 

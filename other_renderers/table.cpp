@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The table of other renderers. Who adds one adds its function here, in both places.
 #include <stdexcept>
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Classic bugs, planted on purpose: what a comparison must be able to see. docs/faults.md tells
 // where each is met in the wild.
 #pragma once

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Collects samples of radiance and turns them into a picture that knows its own noise.
 #pragma once
 

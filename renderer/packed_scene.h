@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // A scene laid out for the tracer: flat records of float or double that every lane tests in turn.
 //
 // The scene is moved so that the middle of its bounding box is the origin and scaled so that the

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // A pixel's value is the integral over paths x0 x1 ... xn from the camera to a lamp, for all n
 // (Veach 1997, section 8.2, with each area integral but the first turned into one over directions),
 //

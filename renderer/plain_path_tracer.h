@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The path tracer once more, written to be read: one path at a time, in double precision. It has
 // the estimator of simd/path-inl.h but shares no code with it beside the scene model, so that each
 // of the two checks the other one. It is many times slower.

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Which part of a scene each pixel sees, so that pictures can be compared part by part.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Renders a scene onto a film, pass after pass, until a limit is reached.
 #pragma once
 

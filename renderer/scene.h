@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The scene model: what a picture is of, in the scene file's own units and in double precision.
 //
 // Coordinates are right-handed. Colours are linear RGB with Rec. 709 primaries. Radiance has no

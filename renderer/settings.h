@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What a caller chooses about a render, apart from the scene.
 #pragma once
 

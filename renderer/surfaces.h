@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // A scene's shapes taken apart into the flat faces and spheres that rays meet, in double precision
 // and in the scene's own units.
 #pragma once

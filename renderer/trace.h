@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The tracer's inner loop, compiled once for each SIMD instruction set and chosen at run time.
 #pragma once
 

@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Renders the reference scenes with every installed program and writes out/report.html.
 
     python3 report/make_report.py PLUMB    (which is 'make report')

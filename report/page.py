@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Fills the report's page: one HTML file that holds style, script, pictures and numbers."""
 
 import base64

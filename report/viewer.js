@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 'use strict';
 
 // Two pictures side by side, in place of each other, split, or as a map of what differs.

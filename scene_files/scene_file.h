@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // A scene file as one tree: included files stand where they were included, `$names` are replaced by
 // their values and references by copies of what they refer to. What is wrong with it is collected,
 // so that all of it can be told at once.

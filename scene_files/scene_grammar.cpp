@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 #include "scene_files/scene_grammar.h"
 
 #include <OpenImageIO/strutil.h>

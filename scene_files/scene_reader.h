@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Reads scene files: a subset of Mitsuba 3's XML, so that Mitsuba draws the very same file.
 // scene_files/scene_grammar.cpp lists what is supported. Whatever else a file holds is refused:
 // nothing is skipped in silence.

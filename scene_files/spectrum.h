@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Spectra as colours, as Mitsuba 3 in its rgb variants takes them from scene files.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // When a trial holds, and when it is noisy, biased or broken.
 #include "compare/assessment.h"
 

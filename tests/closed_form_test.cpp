@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Radiance that is known exactly, for every method, sampler and precision.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What may be relied on about `plumb compare` and files: it is run as a user would run it.
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What may be relied on when two pictures are compared. The pictures are made of numbers here:
 // pixels with normal, skewed or rare noise, whose variances come from four replicates, as the
 // renderer's do.

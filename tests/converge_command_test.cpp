@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What may be relied on about `plumb converge` and `plumb chart`: they are run as a user would run
 // them, on real renders.
 #include <gtest/gtest.h>

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Whether fits of error against samples hold what their intervals promise, and what a study of
 // pictures says. All random numbers have fixed seeds.
 #include <gtest/gtest.h>

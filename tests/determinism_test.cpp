@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The same scene, seed, method and samples give the same bits.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

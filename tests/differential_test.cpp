@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Random small scenes, in which all methods, samplers and precisions must agree: what nobody has
 // thought of. With each capability of the renderer the scenes grow by it.
 //

@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """What may be relied on about images/exr.py: it reads what our pictures say of themselves."""
 
 import pathlib

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Each fault changes the picture as theory says, and names no more than itself.
 #include <gtest/gtest.h>
 

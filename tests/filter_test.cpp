@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // How much light beside a pixel's middle counts, in closed form.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """What may be relied on about an installation: a stranger builds against it, and `plumb` finds its
 scenes, wherever the folder has been moved to. Run as: install_test.py CMAKE BUILD COMPILER"""
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // A picture does not depend on how large the scene is or where it lies, and no light leaks.
 #include <gtest/gtest.h>
 

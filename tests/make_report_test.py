@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """What may be relied on about the report: what is rendered once is kept, programs that are missing
 are stood in for, and an interrupt loses nothing. Run as: make_report_test.py PLUMB"""
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The variance that a picture claims is the scatter that other seeds show.
 #include <gtest/gtest.h>
 

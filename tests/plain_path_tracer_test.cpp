@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The plain path tracer and the fast one say the same of both scenes, region by region.
 #include <gtest/gtest.h>
 

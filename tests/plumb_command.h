@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Runs `plumb` as a user would run it, each test in a folder of its own.
 #pragma once
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Pictures by other programs. Those that are installed draw the Cornell box for real.
 #include "other_renderers/runner.h"
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What regions of a picture are called, and which pixels they have.
 #include "renderer/region_mask.h"
 

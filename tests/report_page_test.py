@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Drives the report's page in headless Chromium: python3 tests/report_page_test.py"""
 
 import base64

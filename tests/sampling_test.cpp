@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What may be relied on about random numbers and about the maps from the unit square to directions.
 //
 // Tests of chance have fixed seeds; with another seed, each check fails one time in a million.

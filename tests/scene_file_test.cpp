@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Scenes as people write them: what is read as it is, and what is said of it.
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>

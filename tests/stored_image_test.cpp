@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // What may be relied on about pictures as others store them: windows, orientation, colours, parts.
 #include <ImfChannelList.h>
 #include <ImfOutputFile.h>

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The stress scenes can be read and tried, and double-precision pictures of those with a closed
 // form meet it.
 #include <gtest/gtest.h>

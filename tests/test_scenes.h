@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Small scenes and measurements that several tests share.
 #pragma once
 

@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Cycles: the first sample of every pixel goes through the pixel's middle, whatever the seed.
 
 A half-plane of radiance 1 on black, its edge parallel to the columns of pixels. An orthographic

@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Cycles: a rectangle that emits is too dark at grazing angles if it is a mesh.
 
 A rectangular lamp of radiance 1 faces down; a white vertical wall 2.27 in front of it starts below

@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Cycles: a spherical lamp made of triangles is the darker the finer the triangles are.
 
 A sphere of radiance 1 and radius 1 hangs 3 above a white floor, which an orthographic camera looks

@@ -1,3 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+
 """Mitsuba: the sampler 'ldsampler' gives a wrong mean, at any number of samples.
 
 A lamp of radiance 1 hangs parallel above a white floor of the same size; the picture is one pixel

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // How surfaces scatter light: Lambert's BSDF and the perfect mirror.
 #include "renderer/simd/warp-inl.h"
 

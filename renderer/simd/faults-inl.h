@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The estimator with one of the faults of faults.h, chosen at run time.
 #include "renderer/faults.h"
 #include "renderer/simd/path-inl.h"

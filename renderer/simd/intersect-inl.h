@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Rays against shapes: every lane's ray is tested against every shape.
 #include "renderer/simd/real-inl.h"
 

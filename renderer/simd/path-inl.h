@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // The path tracer: one path per lane, and a new path in the lane as soon as one ends.
 #include "renderer/simd/bsdf-inl.h"
 #include "renderer/simd/intersect-inl.h"

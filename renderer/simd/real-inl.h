@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Numbers, truth values and three-vectors in SIMD lanes, with the notation of formulas.
 //
 // a * b + c rounds twice; fma(a, b, c) once. No other operation is fused (see CMakeLists.txt), so

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Random numbers from counters: a number depends on pixel, sample, dimension and seed, and on
 // nothing that happened before.
 #include "renderer/film.h"

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Maps from the unit square to directions, with their densities. All densities are with respect to
 // solid angle. Directions are of unit length.
 #include "renderer/simd/real-inl.h"

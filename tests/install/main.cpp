@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+
 // Renders a scene eight times, and compares the mean of the first four pictures with that of the
 // others: a program by somebody who has Plumbline installed.
 #include <cstdio>
