@@ -454,8 +454,8 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     has_two_sided |= surface.shape->bsdf.two_sided;
   }
   choose_by_power(lamps);
-  TreeBuilder<T>(list, growth, shapes.tree);
-  TreeBuilder<T>(list, growth, occluders.tree);
+  const TreeBuilder<T> tree(list, growth, shapes.tree);
+  const TreeBuilder<T> tree_of_occluders(list, growth, occluders.tree);
 }
 
 template struct PackedScene<float>;

@@ -24,7 +24,8 @@ constexpr double longest = cie_1931[points - 1].wavelength;
 constexpr double cie_y_integral = 106.7502593994140625;
 constexpr double d65_luminance = 98.99741751876255;
 
-double at(double CieRow::*column, double wavelength) {
+// One of the columns, a pointer to a member of CieRow.
+double tabulated(auto column, double wavelength) {
   const double position = (wavelength - shortest) / (longest - shortest) * (points - 1);
   const int i = std::clamp(static_cast<int>(position), 0, points - 2);
   const double below = cie_1931[i].*column, above = cie_1931[i + 1].*column;
@@ -52,7 +53,8 @@ Rgb integrate(const std::function<double(double)>& spectrum) {
   Vec3 xyz(0.0);
   for (int i = 0; i < steps; ++i) {
     const double w = shortest + i * (longest - shortest) / (steps - 1);
-    xyz += Vec3(at(&CieRow::x, w), at(&CieRow::y, w), at(&CieRow::z, w)) * spectrum(w);
+    xyz += Vec3(tabulated(&CieRow::x, w), tabulated(&CieRow::y, w), tabulated(&CieRow::z, w)) *
+           spectrum(w);
   }
   return to_rgb(xyz * ((longest - shortest) / steps / cie_y_integral));
 }
@@ -60,8 +62,8 @@ Rgb integrate(const std::function<double(double)>& spectrum) {
 }  // namespace
 
 Rgb reflectance_of(const Spectrum& spectrum) {
-  Rgb rgb =
-      integrate([&](double w) { return at(spectrum, w) * at(&CieRow::d65, w) / d65_luminance; });
+  Rgb rgb = integrate(
+      [&](double w) { return at(spectrum, w) * tabulated(&CieRow::d65, w) / d65_luminance; });
   for (int c = 0; c < 3; ++c) rgb[c] = std::clamp(rgb[c], 0.0, 1.0);
   return rgb;
 }

@@ -126,9 +126,9 @@ TEST_F(SceneFileTest, TellsAllThatIsWrongAtOnceWithItsPlaces) {
     <shape type="sphere"><float name="radius" value="-1"/></shape>)");
   const std::string file = (folder_ / "test.xml").string();
   for (const char* words :
-       {":2: <float name=\"fov\" value=\"a\">", ":4: <bsdf type=\"velvet\"",
-        ":5: <ref id=\"none\">: nothing has this id", ":6: <shape type=\"cone\">",
-        ":7: <float name=\"colour\"", ":9: <float name=\"radius\""}) {
+       {R"(:2: <float name="fov" value="a">)", R"(:4: <bsdf type="velvet")",
+        R"(:5: <ref id="none">: nothing has this id)", R"(:6: <shape type="cone">)",
+        R"(:7: <float name="colour")", R"(:9: <float name="radius")"}) {
     EXPECT_NE(message.find(file + words), message.npos) << words << " is not told in\n" << message;
   }
   EXPECT_EQ(std::ranges::count(message, '\n'), 5) << message;
