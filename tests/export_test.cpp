@@ -170,7 +170,8 @@ TEST(Export, PutsTheScriptBesideTheFile) {
 
 TEST(Export, RefusesWhatCannotBeWritten) {
   const Scene scene = scene_with_hostile_names();
-  const OtherRenderer& povray = other_renderer("povray");
+  const std::string word = "povray";
+  const OtherRenderer& povray = other_renderer(word);
   EXPECT_THROW(export_scene(povray, scene, "/nonexistent/a.pov"), std::runtime_error);
   EXPECT_THROW(export_scene(povray, scene, fresh_folder() / "plumbline.inc"), std::runtime_error);
 }
