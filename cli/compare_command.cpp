@@ -109,9 +109,9 @@ void add_judging(CLI::App& command, Options& options) {
 
 void add_selecting(CLI::App& command, Options& options) {
   add_plain(command, "--regions", "MASK", options.regions,
-            "Picture with a colour for each region, black for what is\n"
-            "not compared;\n"
-            "'plumb render --aov object' draws one");
+            "Picture with a colour for each region; black is not\n"
+            "compared, but in those of 'plumb render --aov', where it\n"
+            "is an edge or nothing");
   add_option(command, "--crop", "X,Y,W,H", options.crop, parse_window, "Only these pixels");
   add_plain(command, "--channels", "NAMES", options.selection.channels,
             "Only these, such as R,G,B; with other names in REFERENCE:\n"
@@ -292,7 +292,7 @@ Result judge_files(const Options& options) {
   if (!options.map.empty()) {
     write_image(draw_map(options.map_kind, test, reference, window, comparison.flip), options.map);
   }
-  return {comparison.verdict, explain(comparison, files), report};
+  return {comparison.verdict, explain(comparison, files) + files.notes, report};
 }
 
 // Writes the new reference, and says so in a line.

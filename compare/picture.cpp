@@ -279,17 +279,20 @@ Names match(Picture& test, Picture& reference, const Selection& selection) {
   check_sizes(test, reference);
   std::optional<std::pair<std::string, std::string>> layers;
   if (selection.layer) layers = name_on_each_side(*selection.layer);
-  const Names wanted =
-      selection.channels.empty() ? common_channels(test, reference, layers) : selection.channels;
+  std::vector<std::pair<std::string, std::string>> pairs;
+  for (const std::string& name : selection.channels) pairs.push_back(name_on_each_side(name));
+  if (pairs.empty()) {
+    for (const std::string& name : common_channels(test, reference, layers)) {
+      pairs.emplace_back(name, name);
+    }
+  }
   const auto full = [](const std::string& layer, const std::string& name) {
     return layer.empty() ? name : fmt::format("{}.{}", layer, name);
   };
-  std::vector<std::pair<std::string, std::string>> pairs;
-  for (const std::string& name : wanted) {
-    pairs.push_back(name_on_each_side(name));
+  for (auto& [in_test, in_reference] : pairs) {
     if (!layers) continue;
-    pairs.back() = {full(layers->first, pairs.back().first),
-                    full(layers->second, pairs.back().second)};
+    in_test = full(layers->first, in_test);
+    in_reference = full(layers->second, in_reference);
   }
   const size_t averaged = put_colours_first(pairs);
   Names of_test, of_reference;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 
 #include "compare/markdown.h"
 #include "images/relative_error.h"
@@ -311,6 +312,9 @@ Json to_json(const Comparison& comparison, const ComparedFiles& files) {
     channel.update(to_json(comparison.errors[c]));
     json["channels"].push_back(channel);
   }
+  json["notes"] = Json::array();
+  std::istringstream notes(files.notes);
+  for (std::string line; std::getline(notes, line);) json["notes"].push_back(line);
   json["leftOut"] = {{"test", files.left_out_of_test}, {"reference", files.left_out_of_reference}};
   if (!comparison.regions.empty()) json["regions"] = to_json(comparison.regions);
   for (const Level& level : comparison.levels) {

@@ -83,9 +83,18 @@ Imf::Chromaticities to_imf(const Chromaticities& c) {
   return {{c[0], c[1]}, {c[2], c[3]}, {c[4], c[5]}, {c[6], c[7]}};
 }
 
+// Of the tristimulus values X, Y and Z themselves, stored as R, G and B.
+constexpr Chromaticities xyz = {1, 0, 0, 1, 0, 0, 1.0F / 3.0F, 1.0F / 3.0F};
+
+// Programs round these numbers to three places and more.
+bool is_same(const Chromaticities& a, const Chromaticities& b) {
+  return std::ranges::equal(a, b, [](float x, float y) { return std::abs(x - y) < 0.001F; });
+}
+
 // For row vectors of linear R, G and B. What is white in one is white in the other, by Bradford's
-// cones: Lam, "Metamerism and colour constancy", 1985.
+// cones: Lam, "Metamerism and colour constancy", 1985. X, Y and Z have no white of their own.
 M44f conversion(const Chromaticities& from, const Chromaticities& to) {
+  if (is_same(from, xyz)) return Imf::XYZtoRGB(to_imf(to), 1.0F);
   const M44f cones(0.8951F, -0.7502F, 0.0389F, 0, 0.2664F, 1.7135F, -0.0685F, 0, -0.1614F, 0.0367F,
                    1.0296F, 0, 0, 0, 0, 1);
   const auto white = [&](const Chromaticities& c) {
@@ -116,9 +125,7 @@ std::vector<std::array<size_t, 3>> colours_of(const std::vector<std::string>& ch
 void convert_primaries(StoredImage& stored) {
   if (!stored.chromaticities) return;
   const Chromaticities& from = *stored.chromaticities;
-  // Programs round these numbers to three places and more.
-  const auto is_same = [](float a, float b) { return std::abs(a - b) < 0.001F; };
-  if (std::ranges::equal(from, rec709, is_same)) return;
+  if (is_same(from, rec709)) return;
   const M44f matrix = conversion(from, rec709);
   M44f squares;
   for (int i = 0; i < 3; ++i) {
@@ -135,10 +142,10 @@ void convert_primaries(StoredImage& stored) {
     });
   }
   image.notes.push_back(
-      fmt::format("Its colours were converted to Rec. 709 from red {},{}, green {},{}, blue {},{}, "
-                  "white {},{}; "
-                  "what Rec. 709 lacks is negative.",
-                  from[0], from[1], from[2], from[3], from[4], from[5], from[6], from[7]));
+      fmt::format("Its primaries are not those of Rec. 709 but red {},{}, green {},{}, blue {},{}, "
+                  "white {},{}: its colours were converted, {}. What Rec. 709 lacks is negative.",
+                  from[0], from[1], from[2], from[3], from[4], from[5], from[6], from[7],
+                  is_same(from, xyz) ? "as X, Y and Z" : "white to white"));
 }
 
 }  // namespace

@@ -120,6 +120,13 @@ TEST_F(CompareCommand, HeaderThatAsksForFarTooMuchMemoryIsTrouble) {
   expect_trouble("giant.exr", "1048576 x 24 pixels");
 }
 
+TEST_F(CompareCommand, ChannelsMayHaveAnyName) {
+  Image image = clean;
+  image.channels = {"a=b", "c,d", "="};
+  write_image(image, folder / "odd.exr");
+  EXPECT_EQ(compare("odd.exr odd.exr --negative").exit_code, same);
+}
+
 TEST_F(CompareCommand, OtherSizeOrChannelsAreTrouble) {
   Image image = clean;
   image.width = 24;

@@ -203,8 +203,17 @@ TEST_F(StoredImageTest, PrimariesBecomeThoseOfRec709) {
   const Image image = read_image(store("ap0.exr", of_primaries(ap0, channels), {1, 1, 1, 1, 0, 0}));
   EXPECT_EQ(image.channels, channels);
   expect_near(image.values, {1, 1, 1, 2.52169F, -0.27648F, -0.01538F}, 2e-4F);
-  EXPECT_TRUE(has_note(image, "converted to Rec. 709"));
+  EXPECT_TRUE(has_note(image, "Its primaries are not those of Rec. 709"));
   EXPECT_TRUE(image.is_converted);
+}
+
+// The white of Rec. 709 by x = 0.3127, y = 0.329, as X = x / y, Y = 1, Z = (1 - x - y) / y.
+TEST_F(StoredImageTest, TristimulusValuesKeepTheirColour) {
+  const std::array<float, 8> axes = {1, 0, 0, 1, 0, 0, 1.0F / 3, 1.0F / 3};
+  const Image image =
+      read_image(store("xyz.exr", of_primaries(axes, {"R", "G", "B"}), {0.950456F, 1, 1.089058F}));
+  expect_near(image.values, {1, 1, 1}, 1e-4F);
+  EXPECT_TRUE(has_note(image, "as X, Y and Z"));
 }
 
 TEST_F(StoredImageTest, VariancesAreConvertedWithTheSquaresOfTheMatrix) {
