@@ -34,7 +34,7 @@ help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
 	@echo "make build   build/plumb"
 	@echo "make test    builds and runs all tests"
-	@echo "make lint    checks C++ by clang-format and clang-tidy of LLVM $(llvm), Python by ruff (10 minutes)"
+	@echo "make lint    checks C++ by clang-format and clang-tidy of LLVM $(llvm), Python by ruff (6 minutes)"
 	@echo "make sanitize  runs the quick tests with address and undefined behaviour sanitizers"
 	@echo "make differential  holds methods, precisions and Mitsuba, if it is installed, against each"
 	@echo "                   other in random scenes (SCENES=1000: half an hour; with Mitsuba hours)"

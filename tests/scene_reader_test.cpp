@@ -73,7 +73,7 @@ class SceneReader : public testing::Test {
                        R"(<transform name="to_world">)" + steps + "</transform>");
   }
 
-  std::string error_of(const fs::path& file) const {
+  static std::string error_of(const fs::path& file) {
     try {
       read_scene(file);
     } catch (const SceneError& error) {
@@ -123,9 +123,9 @@ TEST_F(SceneReader, NamesASceneAfterItsFileOrItsFolder) {
 TEST_F(SceneReader, HashesTheFileAndTheObjFilesInOrder) {
   write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   const std::string shape =
-      "<shape type=\"obj\"><string name=\"filename\" value=\"a.obj\"/>" + face_normals + "</shape>";
+      R"(<shape type="obj"><string name="filename" value="a.obj"/>)" + face_normals + "</shape>";
   const fs::path file =
-      write("test.xml", "<scene version=\"3.0.0\">" + sensor + shape + "</scene>\n");
+      write("test.xml", R"(<scene version="3.0.0">)" + sensor + shape + "</scene>\n");
   // sha1sum of test.xml and a.obj, one after the other
   EXPECT_EQ(read_scene(file).hash, "c240d4f487a1f36b5b5bb56f982aa051ef42865a");
   write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n");
