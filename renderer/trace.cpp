@@ -21,10 +21,6 @@ int64_t trace_float(const TraceJob<PackedScene<float>>& job) {
   return trace_paths<Estimator<hn::ScalableTag<float>>>(job);
 }
 
-int64_t trace_double(const TraceJob<PackedScene<double>>& job) {
-  return trace_paths<Estimator<hn::ScalableTag<double>>>(job);
-}
-
 const char* target() { return hwy::TargetName(HWY_TARGET); }
 
 }  // namespace plumb::HWY_NAMESPACE
@@ -34,14 +30,10 @@ HWY_AFTER_NAMESPACE();
 namespace plumb {
 
 HWY_EXPORT(trace_float);
-HWY_EXPORT(trace_double);
 HWY_EXPORT(target);
 
 int64_t trace(const TraceJob<PackedScene<float>>& job) {
   return HWY_DYNAMIC_DISPATCH(trace_float)(job);
-}
-int64_t trace(const TraceJob<PackedScene<double>>& job) {
-  return HWY_DYNAMIC_DISPATCH(trace_double)(job);
 }
 const char* trace_target() { return HWY_DYNAMIC_DISPATCH(target)(); }
 

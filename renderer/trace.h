@@ -13,8 +13,12 @@
 
 namespace plumb {
 
+// How many pixels a thread takes at once.
+constexpr int64_t pixels_at_once = 64;
+
 // Some samples of every pixel of a scene, as the tracer sees it. Several threads may work on one
-// job: they share `next_pixel`.
+// job: they share `next_pixel`. Several processes may, too, each with a film of its own: of
+// `shares` of them number k begins at pixel k * pixels_at_once.
 template <class TracedScene>
 struct TraceJob {
   const TracedScene& scene;
@@ -25,6 +29,7 @@ struct TraceJob {
   // Asked every few milliseconds, on all threads, with the bounces of the longest path under way:
   // whether to leave the job unfinished.
   const std::function<bool(int64_t)>& is_abandoned;
+  int64_t shares = 1;
 };
 
 // Takes pixels until none is left and adds their samples to the film. Returns how many rays were

@@ -2,12 +2,12 @@
 
 #include "scene_files/scene_file.h"
 
-#include <OpenImageIO/strutil.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
+#include <boost/algorithm/string/erase.hpp>
+#include <boost/algorithm/string/replace.hpp>
+#include <boost/algorithm/string/trim.hpp>
 #include <string_view>
 
 #include "scene_files/scene_reader.h"
@@ -59,9 +59,9 @@ std::string to_utf8(const std::string& bytes) {
 // Blanks, and characters that are not seen at all.
 bool is_invisible(std::string text) {
   for (const char* hidden : {"\xef\xbb\xbf", "\xe2\x80\x8b", "\xe2\x80\x8c", "\xe2\x80\x8d"}) {
-    text = OIIO::Strutil::replace(text, hidden, "", true);
+    boost::erase_all(text, hidden);
   }
-  return OIIO::Strutil::strip(text).empty();
+  return boost::trim_copy(text).empty();
 }
 
 // As Mitsuba 3 does for scenes of before 2.0: nearClip is near_clip.
@@ -135,8 +135,8 @@ std::string SceneFile::place_of(const xml_node& node) const {
   return node.attribute(place).as_string((file_.string() + ":1").c_str());
 }
 
-SceneFile::SceneFile(const fs::path& file) : file_(file) {
-  if (!fs::exists(file)) throw SceneError(file.string() + ": no such file");
+SceneFile::SceneFile(const fs::path& file, FileSource& source) : file_(file), source_(source) {
+  if (!source.exists(file)) throw SceneError(file.string() + ": no such file");
   parse(file, document_);
   follow();
   resolve_references();
@@ -184,19 +184,10 @@ fs::path SceneFile::find(const xml_node& node, const std::string& name) const {
   const std::string at = place_of(node);
   folders.push_back(fs::path(at.substr(0, at.rfind(':'))).parent_path());
   for (const fs::path& folder : folders) {
-    if (fs::exists(folder / name)) return folder / name;
+    if (source_.exists(folder / name)) return folder / name;
   }
   return file_.parent_path() / name;
 }
-
-std::string SceneFile::read_bytes(const fs::path& file) {
-  std::ostringstream bytes;
-  bytes << std::ifstream(file, std::ios::binary).rdbuf();
-  sha1_.append(bytes.view().data(), bytes.view().size());
-  return bytes.str();
-}
-
-std::string SceneFile::hash() { return OIIO::Strutil::lower(sha1_.digest()); }
 
 void SceneFile::parse(const fs::path& file, pugi::xml_document& document) {
   const std::string text = to_utf8(read_bytes(file));
@@ -231,7 +222,7 @@ void SceneFile::replace_parameters(const xml_node& node) {
     std::string value = attribute.value();
     if (value.find('$') == value.npos || attribute.name()[0] == ':') continue;
     for (const auto& [name, replacement] : parameters_) {
-      value = OIIO::Strutil::replace(value, "$" + name, replacement, true);
+      boost::replace_all(value, "$" + name, replacement);
     }
     if (const size_t at = value.find('$'); at != value.npos) {
       const size_t end = value.find_first_of(" ,/.$", at + 1);
@@ -247,9 +238,9 @@ void SceneFile::replace_parameters(const xml_node& node) {
 xml_node SceneFile::include(xml_node node) {
   constexpr int most = 100;
   const fs::path file = find(node, node.attribute("filename").value());
-  if (!fs::is_regular_file(file)) {
+  if (!source_.is_file(file)) {
     refuse(node, fmt::format("{}: {}", file.string(),
-                             fs::exists(file) ? "is not a file" : "no such file"));
+                             source_.exists(file) ? "is not a file" : "no such file"));
     return next_node(node);
   }
   if (++includes_ > most) throw SceneError(file_.string() + ": includes more than 100 files");

@@ -5,8 +5,6 @@
 // so that all of it can be told at once.
 #pragma once
 
-#include <OpenImageIO/hash.h>
-
 #include <deque>
 #include <filesystem>
 #include <map>
@@ -14,6 +12,8 @@
 #include <set>
 #include <string>
 #include <vector>
+
+#include "scene_files/file_source.h"
 
 namespace plumb {
 
@@ -34,8 +34,9 @@ struct Lines {
 
 class SceneFile {
  public:
-  // Reads XML in UTF-8 or UTF-16. Throws SceneError if that is not possible.
-  explicit SceneFile(const std::filesystem::path& file);
+  // Reads XML in UTF-8 or UTF-16. Throws SceneError if that is not possible. `source` must outlive
+  // this.
+  SceneFile(const std::filesystem::path& file, FileSource& source);
 
   const pugi::xml_document& document() const { return document_; }
 
@@ -61,9 +62,8 @@ class SceneFile {
   // the element stands in, then beside the scene file.
   std::filesystem::path find(const pugi::xml_node& node, const std::string& name) const;
 
-  // The bytes of a file, which count for the scene's hash; none if it can't be read.
-  std::string read_bytes(const std::filesystem::path& file);
-  std::string hash();  // lower-case SHA-1; to be asked once, at the end
+  // The bytes of a file; none if it can't be read.
+  std::string read_bytes(const std::filesystem::path& file) { return source_.read(file); }
 
  private:
   std::string place_of(const pugi::xml_node& node) const;  // "box.xml:12"
@@ -74,12 +74,12 @@ class SceneFile {
   void resolve_references();
 
   std::filesystem::path file_;
+  FileSource& source_;
   pugi::xml_document document_;
   std::deque<std::filesystem::path> folders_;
   std::map<std::string, std::string, std::greater<>> parameters_;  // $ab before $a
   Lines refusals_, notes_, without_effect_;
   int includes_ = 0;
-  OIIO::SHA1 sha1_;
 };
 
 }  // namespace plumb

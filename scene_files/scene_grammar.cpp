@@ -2,11 +2,14 @@
 
 #include "scene_files/scene_grammar.h"
 
-#include <OpenImageIO/strutil.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <boost/algorithm/string/classification.hpp>
+#include <boost/algorithm/string/finder.hpp>
+#include <boost/algorithm/string/split.hpp>
+#include <boost/algorithm/string/trim.hpp>
 #include <map>
 #include <string>
 #include <string_view>
@@ -17,7 +20,15 @@
 namespace plumb {
 namespace {
 
-using OIIO::Strutil::splits;
+std::vector<std::string> split(const std::string& text, const char* separator) {
+  std::vector<std::string> parts;
+  boost::iter_split(parts, text, boost::first_finder(separator));
+  return parts;
+}
+
+std::string strip(const std::string& text, const char* characters) {
+  return boost::trim_copy_if(text, boost::is_any_of(characters));
+}
 
 // What an element holds, for each type where there are types: attributes with an @, parameters such
 // as <float name="fov" value="40"/> as `float fov`, other elements by their tags. A `color` is an
@@ -123,7 +134,7 @@ std::vector<Item> list_items(const pugi::xml_node& node) {
     if (a.name()[0] != ':') items.push_back({fmt::format("@{}", a.name()), a.value(), node});
   }
   for (const auto& child : node.children()) {
-    const std::string tag(OIIO::Strutil::strip(child.name(), ":"));
+    const std::string tag = strip(child.name(), ":");
     const std::string name = child.attribute("name").value();
     const bool is_named = !name.empty() && tag != "default" && !is_object(tag);
     items.push_back({is_named ? tag + " " + name : tag, child.attribute("value").value(), child});
@@ -132,7 +143,7 @@ std::vector<Item> list_items(const pugi::xml_node& node) {
 }
 
 bool matches(const Item& item, const std::string& label) {
-  const auto parts = splits(label, " ");
+  const auto parts = split(label, " ");
   if (parts.size() < 2) return item.label == label;
   const std::string tag = item.label.substr(0, item.label.find(' '));
   if (!item.label.ends_with(" " + parts[1])) return false;
@@ -164,14 +175,14 @@ const std::string* find_rule(SceneFile& file, const pugi::xml_node& node) {
 
 // How a label is told: the attribute version, <sensor>, fov.
 std::string spoken(const std::string& label) {
-  if (label.starts_with('@')) return "the attribute " + splits(label, "|@")[0].substr(1);
+  if (label.starts_with('@')) return "the attribute " + split(label, "|@")[0].substr(1);
   return label.substr(label.find(' ') + 1);
 }
 
 void check_slot(SceneFile& file, const std::string& slot, std::vector<Item>& items,
                 std::vector<std::string>& missing) {
-  const auto parts = splits(OIIO::Strutil::strip(slot, "!*~"), "=");
-  const auto labels = splits(parts[0], "|");
+  const auto parts = split(strip(slot, "!*~"), "=");
+  const auto labels = split(parts[0], "|");
   const auto found = std::ranges::stable_partition(items, [&](const Item& item) {
     return std::ranges::none_of(labels, [&](const auto& label) { return matches(item, label); });
   });
@@ -180,7 +191,7 @@ void check_slot(SceneFile& file, const std::string& slot, std::vector<Item>& ite
   if (count > 1 && !slot.ends_with('*')) {
     file.refuse(found[1].node, spoken(parts[0]) + " is given twice");
   }
-  const auto values = parts.size() > 1 ? splits(parts[1], "|") : std::vector<std::string>{};
+  const auto values = parts.size() > 1 ? split(parts[1], "|") : std::vector<std::string>{};
   if (count > 0 && std::ranges::count(values, found.front().value) == 0) {
     if (slot.ends_with('~')) {
       file.note_no_effect(spoken(parts[0]));
@@ -209,9 +220,9 @@ void check_items(SceneFile& file, const pugi::xml_node& node) {
     return is_general && (is_object(node.name()) || node.attribute("type"));
   });
   std::vector<std::string> labels, missing;
-  for (const std::string& slot : splits(*rule, ", ")) {
+  for (const std::string& slot : split(*rule, ", ")) {
     if (slot.empty()) continue;
-    labels.push_back(splits(OIIO::Strutil::strip(slot, "@!*~"), "=")[0]);
+    labels.push_back(split(strip(slot, "@!*~"), "=")[0]);
     check_slot(file, slot, items, missing);
   }
   // What refers to nothing has been refused, and may be what is missing.

@@ -3,10 +3,11 @@
 #include "scene_files/scene_reader.h"
 
 #include <Imath/ImathMatrixAlgo.h>
-#include <OpenImageIO/strutil.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/case_conv.hpp>
+#include <boost/algorithm/string/trim.hpp>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -39,12 +40,6 @@ double uniform_scale(const M44d& map) {
   if (!Imath::extractScalingAndShear(map, scale, shear, false)) return 0.0;
   const double deviation = (scale / scale.x - Vec3(1.0)).length() + shear.length();
   return deviation < 1e-5 ? scale.x : 0.0;
-}
-
-std::string scene_name(const std::filesystem::path& file) {
-  const auto folder = std::filesystem::absolute(file).lexically_normal().parent_path();
-  const bool is_named_by_folder = file.filename() == "scene.xml" && folder.has_filename();
-  return (is_named_by_folder ? folder.filename() : file.stem()).string();
 }
 
 // The nearest and the farthest that the camera could see of the scene, along its axis; of spheres
@@ -144,7 +139,7 @@ class Reader {
 
   bool read_flag(const xml_node& parent, const char* name) {
     const xml_node node = parameter(parent, name);
-    const std::string value = OIIO::Strutil::lower(node.attribute("value").value());
+    const std::string value = boost::to_lower_copy<std::string>(node.attribute("value").value());
     if (node && value != "true" && value != "false") file_.refuse(node, "supported: true, false");
     return value == "true";
   }
@@ -164,7 +159,7 @@ class Reader {
 
   void check_version(const xml_node& root) {
     if (!root.attribute("version")) return;  // refused already
-    const std::string_view version = OIIO::Strutil::strip(root.attribute("version").value());
+    const auto version = boost::trim_copy<std::string>(root.attribute("version").value());
     const bool is_known = !version.empty() && version[0] >= '0' && version[0] <= '3';
     if (!is_known || (version.size() > 1 && version[1] != '.')) {
       file_.refuse(root, "supported: versions 0.x to 3.x");
@@ -586,12 +581,11 @@ class Reader {
 
 }  // namespace
 
-Scene read_scene(const std::filesystem::path& path) {
-  SceneFile file(path);
+Scene read_scene(const std::filesystem::path& path, FileSource& source) {
+  SceneFile file(path, source);
   Scene scene = Reader(file).read();
   file.throw_refusals();
-  scene.name = scene_name(path);
-  scene.hash = file.hash();
+  scene.name = path.stem().string();
   scene.notes = file.notes();
   return scene;
 }

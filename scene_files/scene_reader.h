@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "renderer/scene.h"
+#include "scene_files/file_source.h"
 
 namespace plumb {
 
@@ -20,5 +21,8 @@ class SceneError : public std::runtime_error {
 
 // Throws SceneError.
 Scene read_scene(const std::filesystem::path& path);
+
+// The same of files that need not be on a disk. Scene::hash stays empty.
+Scene read_scene(const std::filesystem::path& path, FileSource& source);
 
 }  // namespace plumb

@@ -61,7 +61,6 @@ class LaneSamples {
 
  private:
   static constexpr size_t lanes = hn::MaxLanes(D());
-  static constexpr int64_t pixels_at_once = 64;
   static_assert(lanes <= 16);
 
   // A bit for each lane. Highway may read and write eight bytes. What is used of them is read and
@@ -85,7 +84,8 @@ class LaneSamples {
   bool take_next(size_t lane) {
     if (++sample_[lane] >= job_.samples.last) {
       if (next_pixel_ == end_pixel_) {
-        next_pixel_ = std::min(job_.next_pixel.fetch_add(pixels_at_once), job_.film.pixel_count());
+        next_pixel_ = std::min(job_.next_pixel.fetch_add(pixels_at_once * job_.shares),
+                               job_.film.pixel_count());
         end_pixel_ = std::min(next_pixel_ + pixels_at_once, job_.film.pixel_count());
         if (next_pixel_ == end_pixel_) return false;
       }
@@ -313,13 +313,13 @@ class Packet {
   }
 
   // A table of a few dozen surfaces is looked up a vector of rows at a time, which is faster than a
-  // gather.
+  // gather, but where vectors are short.
   R lookup(int column, R id) const {
     const D d;
     const hn::RebindToSigned<D> di;
     constexpr int lanes = hn::MaxLanes(d);
     const auto row = hn::ConvertTo(di, max(id, R(0)).v);
-    if (gathers_) {
+    if (lanes * sizeof(T) <= 16 || gathers_) {
       return hn::GatherIndex(d, scene_.surfaces.column(column), row);
     }
     const auto index = hn::IndicesFromVec(d, hn::And(row, hn::Set(di, lanes - 1)));

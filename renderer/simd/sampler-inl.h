@@ -117,28 +117,35 @@ HWY_INLINE Bits<D> sobol_second_dimension(Bits<D> v) {
   return v ^ v.template right<16>();
 }
 
-HWY_INLINE Real<hn::ScalableTag<float>> to_unit_interval(Bits<hn::ScalableTag<float>> bits) {
-  const hn::ScalableTag<float> d;
-  const auto whole = hn::BitCast(hn::ScalableTag<int32_t>(), bits.right<8>().v);
+// Templates, so that double need not be there where it isn't used: some targets lack it.
+template <class D>
+  requires std::is_same_v<hn::TFromD<D>, float>
+HWY_INLINE Real<D> to_unit_interval(Bits<D> bits) {
+  const D d;
+  const auto whole = hn::BitCast(hn::RebindToSigned<D>(), bits.template right<8>().v);
   return hn::Mul(hn::ConvertTo(d, whole), hn::Set(d, unit_interval_step<float>));
 }
 
-HWY_INLINE Real<hn::ScalableTag<double>> to_unit_interval(Bits<hn::ScalableTag<double>> bits) {
-  const hn::ScalableTag<double> d;
-  const hn::Rebind<int32_t, hn::ScalableTag<double>> di;
-  return hn::Mul(hn::PromoteTo(d, hn::BitCast(di, bits.right<1>().v)),
+template <class D>
+  requires std::is_same_v<hn::TFromD<D>, double>
+HWY_INLINE Real<D> to_unit_interval(Bits<D> bits) {
+  const D d;
+  const hn::Rebind<int32_t, D> di;
+  return hn::Mul(hn::PromoteTo(d, hn::BitCast(di, bits.template right<1>().v)),
                  hn::Set(d, unit_interval_step<double>));
 }
 
 // Small whole numbers as bits.
-HWY_INLINE Bits<hn::ScalableTag<float>> to_bits(Real<hn::ScalableTag<float>> a) {
-  const hn::ScalableTag<int32_t> di;
-  return hn::BitCast(hn::ScalableTag<uint32_t>(), hn::ConvertTo(di, a.v));
+template <class D>
+  requires std::is_same_v<hn::TFromD<D>, float>
+HWY_INLINE Bits<D> to_bits(Real<D> a) {
+  return hn::BitCast(typename Bits<D>::DU(), hn::ConvertTo(hn::RebindToSigned<D>(), a.v));
 }
 
-HWY_INLINE Bits<hn::ScalableTag<double>> to_bits(Real<hn::ScalableTag<double>> a) {
-  const hn::Rebind<int32_t, hn::ScalableTag<double>> di;
-  return hn::BitCast(Bits<hn::ScalableTag<double>>::DU(), hn::DemoteTo(di, a.v));
+template <class D>
+  requires std::is_same_v<hn::TFromD<D>, double>
+HWY_INLINE Bits<D> to_bits(Real<D> a) {
+  return hn::BitCast(typename Bits<D>::DU(), hn::DemoteTo(hn::Rebind<int32_t, D>(), a.v));
 }
 
 // A point in the unit square, [0, 1) each, and a third number, independent of both.
