@@ -10,7 +10,7 @@
 #include <numbers>
 #include <random>
 
-#include "renderer/simd/warp-inl.h"
+#include "renderer/simd/lamps-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace plumb::HWY_NAMESPACE {

@@ -15,8 +15,8 @@
 #include <set>
 #include <vector>
 
+#include "renderer/simd/lamps-inl.h"
 #include "renderer/simd/sampler-inl.h"
-#include "renderer/simd/warp-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace plumb::HWY_NAMESPACE {

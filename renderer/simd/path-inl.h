@@ -3,6 +3,7 @@
 // The path tracer: one path per lane, and a new path in the lane as soon as one ends.
 #include "renderer/simd/bsdf-inl.h"
 #include "renderer/simd/intersect-inl.h"
+#include "renderer/simd/lamps-inl.h"
 #include "renderer/simd/sampler-inl.h"
 #include "renderer/trace.h"
 
