@@ -74,8 +74,8 @@ struct PlacedSurface : Surface {
 
 // Meshes of more faces are tested by way of a tree, which costs more for smaller ones; a face of a
 // solid costs a fifth of another.
-constexpr size_t most_faces_without_tree = 32;
-constexpr size_t most_faces_of_solid = 128;
+constexpr size_t max_faces_without_tree = 32;
+constexpr size_t max_faces_of_solid = 128;
 
 std::vector<PlacedSurface> place_surfaces(const Scene& scene, const Vec3& middle, double scale) {
   std::vector<PlacedSurface> placed;
@@ -84,9 +84,9 @@ std::vector<PlacedSurface> place_surfaces(const Scene& scene, const Vec3& middle
     const bool is_first = placed.empty() || placed.back().shape != surface.shape;
     const bool is_solid = is_first
                               ? mesh != nullptr && !surface.shape->is_lamp() &&
-                                    mesh->size() <= most_faces_of_solid && is_convex_solid(*mesh)
+                                    mesh->size() <= max_faces_of_solid && is_convex_solid(*mesh)
                               : placed.back().of_solid;
-    const bool is_large = mesh != nullptr && !is_solid && mesh->size() > most_faces_without_tree;
+    const bool is_large = mesh != nullptr && !is_solid && mesh->size() > max_faces_without_tree;
     if (auto* polygon = std::get_if<Polygon>(&surface.geometry)) {
       for (Vec3& corner : polygon->corners) corner = (corner - middle) * scale;
       surface.flat_normal = polygon->normal();
@@ -244,7 +244,7 @@ class TreeBuilder {
   // Halves the faces where their middles are farthest apart, down to a few, which are tested faster
   // than further boxes.
   void add_node(Place begin, Place end) {
-    constexpr auto most_in_leaf = 4;
+    constexpr auto max_in_leaf = 4;
     Imath::Box3d box, middles;
     for (Place face = begin; face != end; ++face) {
       box.extendBy(boxes_[*face]);
@@ -253,7 +253,7 @@ class TreeBuilder {
     const auto axis = static_cast<int>(middles.majorAxis());
     const size_t node = tree_.nodes.size();
     tree_.nodes.push_back({pack<T>(box.min), pack<T>(box.max), 0, 0, axis});
-    if (end - begin <= most_in_leaf) {
+    if (end - begin <= max_in_leaf) {
       tree_.nodes[node].first = static_cast<int>(tree_.faces.size());
       tree_.nodes[node].count = static_cast<int>(end - begin);
       for (Place face = begin; face != end; ++face) tree_.faces.push_back(left_[*face]);
@@ -283,7 +283,7 @@ PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane) {
   lamp.radiance = pack<T>(surface.shape->radiance);
   if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
     lamp.kind = PackedLamp<T>::Kind::sphere;
-    lamp.corner = pack<T>(sphere->center);
+    lamp.origin = pack<T>(sphere->center);
     lamp.radius = static_cast<T>(sphere->radius);
     lamp.area = static_cast<T>(4.0 * std::numbers::pi * sphere->radius * sphere->radius);
     return lamp;
@@ -291,7 +291,7 @@ PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane) {
   const auto& polygon = std::get<Polygon>(surface.geometry);
   const Vec3 x = polygon.corners[1] - polygon.corners[0];
   const Vec3 y = polygon.corners.back() - polygon.corners[0];
-  lamp.corner = pack<T>(polygon.corners[0]);
+  lamp.origin = pack<T>(polygon.corners[0]);
   lamp.normal = pack<T>(surface.flat_normal);
   if (polygon.corners.size() == 3) {
     lamp.kind = PackedLamp<T>::Kind::triangle;
@@ -309,10 +309,11 @@ PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane) {
   return lamp;
 }
 
-// A lamp is chosen in proportion to its power. A share of the unit interval that is smaller than
-// `rare` holds too few of the sampler's numbers to sample the lamp's points by them.
+// Gives each lamp a share of the unit interval in proportion to its power, by which paths choose it
+// (Packet::sample_lamps() in simd/path-inl.h). A share that is smaller than `rare` holds too few of
+// the sampler's numbers to sample the lamp's points by them.
 template <typename T>
-void choose_by_power(std::vector<PackedLamp<T>>& lamps) {
+void set_choice_by_power(std::vector<PackedLamp<T>>& lamps) {
   const auto power = [](const PackedLamp<T>& lamp) {
     return double{lamp.area} * (double{lamp.radiance.x} + lamp.radiance.y + lamp.radiance.z);
   };
@@ -324,7 +325,7 @@ void choose_by_power(std::vector<PackedLamp<T>>& lamps) {
     lamp.probability = static_cast<T>(power(lamp) / total);
     begin += power(lamp) / total;
     lamp.choice_end = static_cast<T>(begin);
-    if (lamp.probability < rare) lamp.jitter = unit_interval_step<T>;
+    if (lamp.probability < rare) lamp.choice_step = unit_interval_step<T>;
   }
 }
 
@@ -453,7 +454,7 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     has_mirrors |= surface.shape->bsdf.kind == Bsdf::Kind::conductor;
     has_two_sided |= surface.shape->bsdf.two_sided;
   }
-  choose_by_power(lamps);
+  set_choice_by_power(lamps);
   const TreeBuilder<T> tree(list, growth, shapes.tree);
   const TreeBuilder<T> tree_of_occluders(list, growth, occluders.tree);
 }

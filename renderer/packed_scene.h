@@ -11,6 +11,8 @@
 // towards the middle of their surface by four times as much, so that none lies beyond a joint. A
 // path never hits the flat surface on which it starts, nor another one in the same plane, because
 // these are not tested.
+//
+// Ids of surfaces are whole numbers stored as T: lanes hold nothing else.
 #pragma once
 
 #include <vector>
@@ -71,12 +73,12 @@ struct PackedSolid {
 template <typename T>
 struct PackedTree {
   struct Node {
-    PackedVec3<T> low, high;  // what rounding lets a ray meet of the faces lies within
+    PackedVec3<T> low, high;  // contain the faces, grown by the rounding error
     int first;  // of a leaf: its first face; else the second child, the first one follows the node
     int count;  // of a leaf's faces; else 0
-    int axis;   // along which the first child lies lower
+    int axis;   // along which the children are split: the first one lies lower
   };
-  static constexpr int most_levels = 64;
+  static constexpr int max_levels = 64;
 
   std::vector<Node> nodes;
   std::vector<PackedPolygon<T>> faces;
@@ -95,8 +97,9 @@ struct PackedShapes {
 template <typename T>
 constexpr T unit_interval_step = sizeof(T) == sizeof(float) ? T{0x1p-24f} : T{0x1p-31f};
 
-// An emitting surface. A rectangle has unit vectors x, y along its sides from a corner; a triangle
-// has the corners corner, corner + x, corner + y.
+// An emitting surface: what others call an emitter or an area light. A rectangle has unit vectors
+// x, y along its sides from the corner `origin`; a triangle has the corners origin, origin + x,
+// origin + y; a sphere has its centre there.
 template <typename T>
 struct PackedLamp {
   enum class Kind { rectangle, triangle, sphere };
@@ -106,9 +109,9 @@ struct PackedLamp {
   PackedVec3<T> radiance;
   T choice_begin;  // the lamp is chosen for u in [choice_begin, choice_end)
   T choice_end;
-  T probability;
-  T jitter;  // how far apart the sampler's numbers are, where its share has too few of them; else 0
-  PackedVec3<T> corner;  // the centre of a sphere
+  T probability;  // of being chosen
+  T choice_step;  // between the sampler's numbers, where the share holds too few of them; else 0
+  PackedVec3<T> origin;
   PackedVec3<T> x;
   PackedVec3<T> y;
   PackedVec3<T> normal;

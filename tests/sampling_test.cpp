@@ -148,7 +148,7 @@ template <typename T>
 PackedLamp<T> rectangle(const Parallelogram& p) {
   PackedLamp<T> lamp{};
   lamp.kind = PackedLamp<T>::Kind::rectangle;
-  lamp.corner = pack<T>(p.corner);
+  lamp.origin = pack<T>(p.corner);
   lamp.x = pack<T>(unit(p.x));
   lamp.y = pack<T>(unit(p.y));
   lamp.normal = pack<T>(unit(p.x.cross(p.y)));
@@ -162,7 +162,7 @@ template <typename T>
 PackedLamp<T> sphere(const Vec& center, Exact radius) {
   PackedLamp<T> lamp{};
   lamp.kind = PackedLamp<T>::Kind::sphere;
-  lamp.corner = pack<T>(center);
+  lamp.origin = pack<T>(center);
   lamp.radius = T(radius);
   return lamp;
 }
@@ -476,7 +476,7 @@ template <typename T>
 PackedLamp<T> triangle(const Vec& corner, const Vec& x, const Vec& y) {
   PackedLamp<T> lamp{};
   lamp.kind = PackedLamp<T>::Kind::triangle;
-  lamp.corner = pack<T>(corner);
+  lamp.origin = pack<T>(corner);
   lamp.x = pack<T>(x);
   lamp.y = pack<T>(y);
   lamp.normal = pack<T>(unit(x.cross(y)));

@@ -34,7 +34,7 @@ template <class D>
 HWY_INLINE Real<D> emitter_cosine(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p,
                                   Real<D> distance) {
   using R = Real<D>;
-  const V3<D> from_lamp = p - V3<D>(lamp.corner);
+  const V3<D> from_lamp = p - V3<D>(lamp.origin);
   if (lamp.kind == PackedLamp<hn::TFromD<D>>::Kind::rectangle) {
     return dot(from_lamp, V3<D>(lamp.normal)) / distance;
   }
@@ -162,7 +162,7 @@ struct FaultyEstimator : Estimator<Lanes> {
     const Frame<D> axes{{R(1), R(0), R(0)}, {R(0), R(1), R(0)}, {R(0), R(0), R(1)}};
     const R radius = sqrt(third * R(lamp.area / (4 * std::numbers::pi_v<T>)));
     const V3<D> jitter = spherical_direction(axes, z, sqrt(max(R(1) - z * z, R(0))), v) * radius;
-    const V3<D> to_point = V3<D>(lamp.corner) + aside + jitter - p;
+    const V3<D> to_point = V3<D>(lamp.origin) + aside + jitter - p;
     const R distance = sqrt(dot(to_point, to_point));
     return {to_point * (R(1) / distance), distance, R(lamp.area), !Bool<D>::none()};
   }

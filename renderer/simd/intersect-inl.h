@@ -155,7 +155,7 @@ HWY_INLINE void walk(const PackedTree<T>& tree, const RayLanes<D>& ray, Limit li
   const V3<D> d = ray.direction;
   const V3<D> inverse(R(1) / d.x, R(1) / d.y, R(1) / d.z);
   const R coordinates[] = {d.x, d.y, d.z};
-  int stack[PackedTree<T>::most_levels];
+  int stack[PackedTree<T>::max_levels];
   int levels = 0;
   stack[levels++] = 0;
   while (levels > 0) {

@@ -47,7 +47,7 @@ template <class D>
 HWY_INLINE SeenRectangle<D> see_rectangle(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p) {
   using R = Real<D>;
   SeenRectangle<D> s;
-  const V3<D> from_p = V3<D>(lamp.corner) - p;
+  const V3<D> from_p = V3<D>(lamp.origin) - p;
   s.x0 = dot(from_p, V3<D>(lamp.x));
   s.y0 = dot(from_p, V3<D>(lamp.y));
   s.z = -dot(from_p, V3<D>(lamp.normal));
@@ -179,7 +179,7 @@ template <class D>
 HWY_INLINE SeenTriangle<D> see_triangle(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p) {
   using R = Real<D>;
   SeenTriangle<D> s;
-  const V3<D> a = V3<D>(lamp.corner) - p, b = a + V3<D>(lamp.x), c = a + V3<D>(lamp.y);
+  const V3<D> a = V3<D>(lamp.origin) - p, b = a + V3<D>(lamp.x), c = a + V3<D>(lamp.y);
   const R ra = R(1) / sqrt(dot(a, a)), rb = R(1) / sqrt(dot(b, b)), rc = R(1) / sqrt(dot(c, c));
   s.a = a * ra;
   s.b = b * rb;
@@ -227,7 +227,7 @@ HWY_INLINE LampSample<D> sample_triangle(const PackedLamp<hn::TFromD<D>>& lamp, 
   const V3<D> direction = sample_solid_angle(s, u, v);
   const R root = sqrt(u);
   const V3<D> on_lamp = fma(V3<D>(lamp.x), R(1) - root, V3<D>(lamp.y) * (v * root));
-  const V3<D> to_lamp = V3<D>(lamp.corner) + on_lamp - p;
+  const V3<D> to_lamp = V3<D>(lamp.origin) + on_lamp - p;
   const R to_plane = s.z / -dot(direction, V3<D>(lamp.normal));
   const Bool<D> by_area = s.is_sampled_by_area() | !(to_plane > R(0));
   const R distance = select(by_area, sqrt(dot(to_lamp, to_lamp)), to_plane);
@@ -251,7 +251,7 @@ template <class D>
 HWY_INLINE SeenSphere<D> see_sphere(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p) {
   using R = Real<D>;
   const R radius(lamp.radius);
-  const V3<D> to_center = V3<D>(lamp.corner) - p;
+  const V3<D> to_center = V3<D>(lamp.origin) - p;
   const R distance = sqrt(dot(to_center, to_center));
   const R inverse = R(1) / distance;
   const R sine = radius * inverse;

@@ -168,10 +168,11 @@ struct DirectLight {
   Bool<D> any;  // the lanes that have such light
 };
 
-// The weight p / (p + q) of a sample with the density p that could have been taken with the density
-// q in another way: the balance heuristic (Veach 1997, section 9.2.2).
+// Multiple importance sampling (MIS): the weight p / (p + q) of a sample with the density p that
+// could have been taken with the density q in another way (Veach 1997, section 9.2.2), here from
+// q / p.
 template <class D>
-HWY_INLINE Real<D> balance_heuristic(Real<D> q_over_p) {
+HWY_INLINE Real<D> balance_heuristic_of_ratio(Real<D> q_over_p) {
   return Real<D>(1) / (Real<D>(1) + q_over_p);
 }
 
@@ -257,7 +258,7 @@ class Packet {
     if (!busy_.any()) return false;
     index_ = samples_.index();
     depth_ = select(alive_, depth_, R(0));
-    const Sample<D> sample = estimator_.draw(settings_.sampler, index_, pair(1));
+    const Sample<D> sample = estimator_.draw(settings_.sampler, index_, pair(direction_pair));
     scatter(sample);
     ray_.origin = select(alive_, surface_.point, V3<D>(scene_.camera.origin));
     ray_.direction = select(alive_, ray_.direction, camera_direction(sample));
@@ -280,18 +281,19 @@ class Packet {
     }
   }
 
-  // Samples the lamps, and plays Russian roulette.
-  void sample_lamps() {
-    const Sample<D> sample = estimator_.draw(settings_.sampler, index_, pair(0));
+  // Samples the lamps and plays Russian roulette. The throughput already gets the weight of the
+  // scattered direction, which scatter() draws next: it is the same for every direction.
+  void shade() {
+    const Sample<D> sample = estimator_.draw(settings_.sampler, index_, pair(lamp_pair));
     light_.any = Bool<D>::none();
-    if (settings_.method != Method::bsdf) choose_lamps(sample);
+    if (settings_.method != Method::bsdf) sample_lamps(sample);
     throughput_ = throughput_ * surface_.bsdf.weight();
     russian_roulette(sample.w);
     depth_ = depth_ + R(1);
   }
 
   // Adds the light of the sampled lamps where nothing is in the way.
-  void add_direct_light() {
+  void trace_shadow_rays() {
     if (!light_.any.any()) return;
     rays_ += light_.any.count();
     const Bool<D> occluded =
@@ -383,11 +385,11 @@ class Packet {
       V3<D> light = throughput_ * V3<D>(lamp.radiance);
       const Bool<D> is_delta = pdf_ == R(delta<T>);
       if (settings_.method == Method::mis) {
-        // Sampling the lamp finds this point with the density probability / inverse; not along a
-        // delta's direction, where infinity times 0 would be undefined.
+        // MIS: sampling the lamp finds this point with the density probability / inverse; not along
+        // a delta's direction, where infinity times 0 would be undefined.
         const R inverse = estimator_.inverse_lamp_pdf(lamp, ray_.origin, hit.distance);
         const R lamp_over_bsdf = R(lamp.probability) / (pdf_ * inverse);
-        const R weight = balance_heuristic(select(is_delta, R(0), lamp_over_bsdf));
+        const R weight = balance_heuristic_of_ratio(select(is_delta, R(0), lamp_over_bsdf));
         light = light * weight;
         lit = lit & (weight > R(0));  // not where lamp and origin touch and nothing is defined
       } else if (settings_.method == Method::nee) {
@@ -397,8 +399,9 @@ class Packet {
     }
   }
 
-  // A lamp for each path, chosen by its power, and a point on it.
-  void choose_lamps(const Sample<D>& sample) {
+  // Next event estimation: a lamp for each path, chosen by its share (set_choice_by_power() in
+  // packed_scene.cpp), and a point on it.
+  void sample_lamps(const Sample<D>& sample) {
     Bool<D> left = alive_ & !surface_.bsdf.is_mirror;
     if (!settings_.bounces.is_everything()) left = left & counts(depth_ + R(1));
     for (const auto& lamp : scene_.lamps) {
@@ -408,20 +411,21 @@ class Packet {
       if (!chosen.any()) continue;
       // Below the last bit of `u`, `w` says where in a rare lamp's share it lies. Rounding may make
       // it a little more than 1, which does the maps no harm.
-      const R in_share = fma(sample.w, R(lamp.jitter), sample.u - R(lamp.choice_begin));
+      const R in_share = fma(sample.w, R(lamp.choice_step), sample.u - R(lamp.choice_begin));
       const R u = in_share / R(lamp.probability);
-      sample_direct(lamp, chosen, estimator_.sample_lamp(lamp, surface_.point, u, sample.v));
+      set_direct_light(lamp, chosen, estimator_.sample_lamp(lamp, surface_.point, u, sample.v));
     }
   }
 
-  // Adds throughput * f * cosine / pdf * radiance of the sampled point, whose density is that of
-  // the lamp's choice, `probability`, times that of the direction to the point, 1 / inverse_pdf.
-  // The balance heuristic's weight p / (p + q) replaces that density p by the sum of both ways' p +
-  // q.
-  void sample_direct(const PackedLamp<T>& lamp, Bool<D> chosen, const LampSample<D>& to_lamp) {
+  // Keeps throughput * f * cosine / p * radiance of the sampled point for the shadow ray. The
+  // density p is that of the lamp's choice, `probability`, times that of the direction to the
+  // point, 1 / inverse_pdf. With MIS, the balance heuristic's weight is folded in:
+  //
+  //   f / p * p / (p + q) = f / (p + q)
+  void set_direct_light(const PackedLamp<T>& lamp, Bool<D> chosen, const LampSample<D>& to_lamp) {
     const BsdfLanes<D>& bsdf = surface_.bsdf;
-    const R f_cosine = bsdf.eval(to_lamp.direction);
-    R pdf(lamp.probability);  // here and below times inverse_pdf
+    const R f_cosine = bsdf.eval(to_lamp.direction);  // over the reflectance
+    R pdf(lamp.probability);  // p, then p + q: here and below times inverse_pdf
     if (settings_.method == Method::mis) {
       pdf = estimator_.sum_of_pdfs(pdf, bsdf.pdf(to_lamp.direction) * to_lamp.inverse_pdf);
     }
@@ -446,8 +450,12 @@ class Packet {
     alive_ = alive_ & (w < probability);
   }
 
-  // The sampler's pairs: two for each bounce, the ray's direction and the lamp.
-  Bits<D> pair(uint32_t which) const {
+  // The sampler's pairs, two at each depth:
+  //
+  //   lamp_pair       u the lamp, then, within its share, with v its point; w roulette, rare lamps
+  //   direction_pair  u and v the ray's direction: at depth 0 the camera's, else the BSDF's
+  enum Pair : uint32_t { lamp_pair, direction_pair };
+  Bits<D> pair(Pair which) const {
     const Bits<D> depth = to_bits(depth_);
     return depth + depth + Bits<D>(which);
   }
@@ -486,8 +494,8 @@ int64_t trace_paths(const TraceJob<PackedScene<typename Estimator::T>>& job) {
     for (auto& packet : packets) busy |= packet.next_ray();
     if (!busy) return packets[0].rays() + packets[1].rays();
     for (auto& packet : packets) packet.follow();
-    for (auto& packet : packets) packet.sample_lamps();
-    for (auto& packet : packets) packet.add_direct_light();
+    for (auto& packet : packets) packet.shade();
+    for (auto& packet : packets) packet.trace_shadow_rays();
   }
 }
 
