@@ -50,16 +50,15 @@ bool Film::knows_variance() const {
   return std::ranges::count_if(counts_, [](int64_t n) { return n > 0; }) >= 2;
 }
 
-// Mean and variance of the mean of one pixel, RGB each. Unlike those of images/replicates.h, the
-// replicates may have unequal shares. Replicate r has the share w_r of all samples and the mean
-// x_r, of unknown variance s_r. The picture's mean m has variance V = sum w_r^2 s_r, and E (x_r -
-// m)^2 = (1 - 2 w_r) s_r + V. Hence E sum a_r (x_r - m)^2 = V (1 + sum a_r) for a_r = w_r^2 / (1 -
-// 2 w_r), whatever the s_r are. With two replicates of equal share that is 0 / 0, whose limit is
-// ((x_1 - x_2) / 2)^2.
-std::array<double, 6> Film::moments(int64_t pixel) const {
+// Unlike those of images/replicates.h, the replicates may have unequal shares. Replicate r has the
+// share w_r of all samples and the mean x_r, of unknown variance s_r. The picture's mean m has
+// variance V = sum w_r^2 s_r, and E (x_r - m)^2 = (1 - 2 w_r) s_r + V. Hence E sum a_r (x_r - m)^2
+// = V (1 + sum a_r) for a_r = w_r^2 / (1 - 2 w_r), whatever the s_r are. With two replicates of
+// equal share that is 0 / 0, whose limit is ((x_1 - x_2) / 2)^2.
+Film::Moments Film::moments(int64_t pixel) const {
   const double* sums = &sums_[size_t(pixel) * replicates * 3];
   const auto total = static_cast<double>(samples_per_pixel());
-  std::array<double, 6> result{};
+  Moments result;
   if (total == 0.0) return result;
   for (size_t c = 0; c < 3; ++c) {
     double mean = 0.0;
@@ -73,31 +72,35 @@ std::array<double, 6> Film::moments(int64_t pixel) const {
       scatter += weight * (sums[r * 3 + c] / n - mean) * (sums[r * 3 + c] / n - mean);
       weights += weight;
     }
-    result[c] = mean;
-    result[c + 3] = knows_variance() ? scatter / (1.0 + weights) : 0.0;
+    result.mean[c] = mean;
+    result.variance[c] = knows_variance() ? scatter / (1.0 + weights) : 0.0;
   }
   return result;
 }
 
-std::vector<float> Film::collect(size_t first) const {
+template <class Pick>
+std::vector<float> Film::collect(Pick pick) const {
   std::vector<float> values;
   values.reserve(size_t(pixel_count()) * 3);
   for (int64_t p = 0; p < pixel_count(); ++p) {
-    const auto m = moments(p);
-    for (size_t c = first; c < first + 3; ++c) values.push_back(static_cast<float>(m[c]));
+    for (const double value : pick(moments(p))) values.push_back(static_cast<float>(value));
   }
   return values;
 }
 
-std::vector<float> Film::mean() const { return collect(0); }
-std::vector<float> Film::variance() const { return collect(3); }
+std::vector<float> Film::mean() const {
+  return collect([](const Moments& m) { return m.mean; });
+}
+std::vector<float> Film::variance() const {
+  return collect([](const Moments& m) { return m.variance; });
+}
 
 double Film::relative_error() const {
   if (!knows_variance()) return std::numeric_limits<double>::infinity();
   double sum = 0.0;
   for (int64_t p = 0; p < pixel_count(); ++p) {
-    const auto m = moments(p);
-    for (size_t c = 0; c < 3; ++c) sum += relative_square(m[c + 3], m[c]);
+    const auto [mean, variance] = moments(p);
+    for (size_t c = 0; c < 3; ++c) sum += relative_square(variance[c], mean[c]);
   }
   return std::sqrt(sum / static_cast<double>(3 * pixel_count()));
 }

@@ -30,13 +30,13 @@ class Film {
   int64_t pixel_count() const { return int64_t{width_} * height_; }
 
   // A pass begins, opens each pixel before it adds to it, and ends when every pixel has received
-  // the samples; ranges must not overlap. A pass that is begun anew instead has never been: so a
-  // film holds whole passes.
+  // the samples; ranges must not overlap. begin_pass() again discards an unfinished pass: so a film
+  // holds whole passes.
   void begin_pass() { next_.resize(sums_.size()); }
   void end_pass(SampleRange samples);
 
   // `pixel` counts along rows from the top left corner.
-  void open(size_t pixel) {
+  void open_pixel(size_t pixel) {
     std::copy_n(&sums_[pixel * replicates * 3], replicates * 3, &next_[pixel * replicates * 3]);
   }
 
@@ -69,8 +69,14 @@ class Film {
   std::vector<float> replicate_mean(int replicate) const;
 
  private:
-  std::array<double, 6> moments(int64_t pixel) const;
-  std::vector<float> collect(size_t first_moment) const;
+  // Of a pixel, RGB.
+  struct Moments {
+    std::array<double, 3> mean{};
+    std::array<double, 3> variance{};  // of that mean
+  };
+  Moments moments(int64_t pixel) const;
+  template <class Pick>
+  std::vector<float> collect(Pick pick) const;
 
   int width_;
   int height_;

@@ -106,7 +106,7 @@ int64_t trace_job(const TraceJob<PackedScene<double>>& job) { return trace(job);
 int64_t trace_job(const TraceJob<PlainScene>& job) {
   int64_t rays = 0;
   for (int64_t pixel; (pixel = job.next_pixel++) < job.film.pixel_count();) {
-    job.film.open(size_t(pixel));
+    job.film.open_pixel(size_t(pixel));
     for (int64_t sample = job.samples.first; sample < job.samples.last; ++sample) {
       const Vec3 radiance =
           trace_path(job.scene, job.settings, pixel, sample, job.is_abandoned, rays);

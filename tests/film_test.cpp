@@ -17,7 +17,7 @@ using Values = std::function<float(int64_t)>;
 
 void take(Film& film, const SampleRange& samples, const Values& value) {
   film.begin_pass();
-  film.open(0);
+  film.open_pixel(0);
   for (int64_t s = samples.first; s < samples.last; ++s) {
     const float rgb[3] = {value(s), 2.0f * value(s), 0.0f};
     film.add(0, static_cast<size_t>(s % Film::replicates), rgb, 1);

@@ -95,7 +95,7 @@ class LaneSamples {
       x_[lane] = static_cast<T>(next_pixel_ - row * job_.film.width());
       y_[lane] = static_cast<T>(row);
       sample_[lane] = job_.samples.first;
-      job_.film.open(pixel_[lane]);
+      job_.film.open_pixel(pixel_[lane]);
       if (!filter_.offsets.empty()) fit_filter(lane);
       ++next_pixel_;
     }
