@@ -7,8 +7,9 @@
 //
 // where f_i is the BSDF and cos_i the cosine of the direction that leaves x_i. The estimate is that
 // integrand over the density with which the path has been sampled: each vertex multiplies the
-// `throughput` by f cos / pdf. The last direction, that to the lamp, is sampled in two ways, and
-// the balance heuristic weights the two samples (section 9.2.2). A throughput of T goes on with the
+// `throughput` by f cos / pdf. The last direction, that to the lamp, is sampled in two ways: as any
+// other, and by a point of the lamp (next event estimation). The balance heuristic weights the two
+// samples (multiple importance sampling, MIS; section 9.2.2). A throughput of T goes on with the
 // probability q, as T / q (Russian roulette).
 #include "renderer/plain_path_tracer.h"
 
@@ -96,7 +97,8 @@ class Path {
   }
 
   // The density, with respect to solid angle at the ray's origin, of the point at that distance on
-  // a lamp whose points are sampled evenly by area: that by area, times distance^2 / cosine.
+  // a lamp whose points are sampled evenly by area: that by area, times distance^2 / cosine. It
+  // includes the chance that this lamp is chosen.
   double lamp_pdf(const Surface& lamp, const Ray& ray, double distance) const {
     const double chance = scene_.choice[size_t(&lamp - scene_.surfaces.data())];
     const double cosine = -lamp.normal(ray.at(distance)).dot(ray.direction);
@@ -113,7 +115,8 @@ class Path {
     return c[0] + (c[1] - c[0]) * u + (c.back() - c[0]) * v;
   }
 
-  // Adds the light of a point that is sampled on a lamp, if nothing is in the way.
+  // Next event estimation: adds the light of a point that is sampled on a lamp, if nothing is in
+  // the way.
   void add_lamp(const Vec3& point, const Vec3& normal, const Bsdf& bsdf) {
     const auto& choice = scene_.choice;
     size_t i = 0;
@@ -139,8 +142,8 @@ class Path {
       throughput_ *= bsdf.reflectance;  // f and pdf have the same delta
       return (ray_.direction - normal * (2.0 * normal.dot(ray_.direction))).normalized();
     }
-    const double cosine = std::sqrt(1.0 - random());  // so that the density is
-    pdf_ = cosine / pi;
+    const double cosine = std::sqrt(1.0 - random());
+    pdf_ = cosine / pi;  // what the square root makes it
     const Vec3 f = bsdf.reflectance / pi;
     throughput_ *= f * cosine / pdf_;
     return direction_around(normal, cosine, random());

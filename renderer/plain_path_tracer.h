@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The path tracer once more, written to be read: one path at a time, in double precision. It has
-// the estimator of simd/path-inl.h but shares no code with it beside the scene model, so that each
+// the estimator of simd/path-inl.h but shares no code with it except the scene model, so that each
 // of the two checks the other one. It is many times slower.
 #pragma once
 
@@ -21,7 +21,7 @@ struct PlainScene {
   const Camera& camera;
   std::vector<Surface> surfaces;
   std::vector<double> choice;  // for each surface, the chance of being the lamp: its share of power
-  double margin;  // closer to its ends than this, a ray meets nothing: far above double's rounding
+  double margin;  // minimum distance of what a ray meets from its ends: far above double's rounding
 };
 
 // The radiance of one sample of a pixel; pixels are numbered along rows from the top left corner.

@@ -15,24 +15,24 @@
 
 namespace plumb {
 
-// A render ends with whichever comes first. Time and error are looked at between passes: but when
-// the time is up, a pass in which a path doesn't end is left unfinished.
+// A render ends with whichever comes first. Time and error are looked at between passes. When the
+// time is up, a pass in which a path doesn't end is left unfinished.
 //
-// Which number of samples leads to the relative error is told by other samples, at most as many as
-// the picture has up to 64, and an eighth of them later: so the picture stays unbiased, and
-// so does the error that it claims, which may exceed the wanted one a little. A picture that ends
-// so has 64 samples per pixel or more.
+// The number of samples that leads to the relative error is estimated from separate samples, at
+// most as many as the picture has up to 64, and an eighth of them later: so the picture stays
+// unbiased, and so does the error that it claims, which may exceed the wanted one a little. A
+// picture that ends so has 64 samples per pixel or more.
 struct Limits {
   SampleRange samples{0, std::numeric_limits<int64_t>::max()};
   double seconds = std::numeric_limits<double>::infinity();
   double relative_error = 0.0;
 };
 
-// What a render has cost so far, preparing the scene left out.
+// What a render has cost so far, without preparing the scene.
 struct Cost {
   double wall_seconds = 0.0;
   double cpu_seconds = 0.0;
-  int64_t samples = 0;  // of all pixels, and also those that tell how many are wanted
+  int64_t samples = 0;  // of all pixels, and also those that estimate how many are wanted
   int64_t rays = 0;     // shadow rays included
   // The bounces of the longest path, where the last pass was left unfinished; else 0.
   int64_t unfinished_path = 0;

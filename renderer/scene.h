@@ -29,7 +29,7 @@ struct Polygon {
   // Unit length, from Newell's sum over the edges.
   Vec3 normal() const;
 
-  // Both up to `rounding` of its size.
+  // Both within a tolerance of `rounding` times its size.
   bool is_parallelogram() const;
   bool is_rectangle() const;
 
@@ -37,7 +37,7 @@ struct Polygon {
   static constexpr double rounding = 1e-9;
 };
 
-// What of a convex polygon lies where dot(normal, p) > offset: corners in the same order, perhaps
+// The part of a convex polygon where dot(normal, p) > offset: corners in the same order, perhaps
 // none.
 std::vector<Vec3> part_beyond(const std::vector<Vec3>& corners, const Vec3& normal, double offset);
 
@@ -70,7 +70,7 @@ constexpr int largest_image_side = 8192;
 
 // How much light at a distance from a pixel's middle counts, along x and along y: `box` is the
 // pixel's own square, `tent` falls linearly to 0 at `size` pixels, `gaussian` has the standard
-// deviation `size` and ends after four of them, less what it is there (as Mitsuba's do).
+// deviation `size` and ends after four of them, minus its value at that distance (as Mitsuba's do).
 struct Filter {
   enum class Kind { box, tent, gaussian };
   Kind kind = Kind::box;
@@ -79,7 +79,7 @@ struct Filter {
 
   double radius() const { return kind == Kind::gaussian ? 4.0 * size : size; }
 
-  // At a distance within the radius, along one of the axes; but for a factor.
+  // At a distance within the radius, along one of the axes; up to a constant factor.
   double weight(double distance) const;
 };
 

@@ -9,7 +9,8 @@
 namespace plumb {
 
 // How a path finds the lamps: by chance, when it samples the BSDF; by sampling them (next event
-// estimation); or by both with the balance heuristic (Veach 1997, ch. 9). `plain` is both, too, by
+// estimation); or by both, weighted by the balance heuristic (multiple importance sampling, Veach
+// 1997, ch. 9). `plain` is both, too, by
 // the plain path tracer, which draws independent numbers in double precision only.
 enum class Method { bsdf, nee, mis, plain };
 

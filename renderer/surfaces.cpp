@@ -10,6 +10,7 @@ namespace {
 
 constexpr double miss = std::numeric_limits<double>::infinity();
 
+// A triangle or a convex quad, by its edges.
 double intersect_polygon(const Ray& ray, const Polygon& polygon, const Vec3& normal,
                          double margin) {
   const std::vector<Vec3>& corners = polygon.corners;

@@ -31,8 +31,8 @@ struct Surface {
   // Of unit length, on the side to which lamps shine: of a sphere, outwards.
   Vec3 normal(const Vec3& point) const;
 
-  // The first point of the ray, in lengths of its direction, that is on the surface and farther
-  // away than `margin`; infinity if there is none.
+  // The first point of the ray, in units of the direction's length, that is on the surface and
+  // farther away than `margin`; infinity if there is none.
   double intersect(const Ray& ray, double margin) const;
 };
 

@@ -12,7 +12,7 @@ namespace plumb {
 struct MeshFile {
   Mesh faces;  // transformed; without those that have no area
   int without_area = 0;
-  int folded = 0;  // faces with more than three corners whose triangles turn against each other
+  int folded = 0;  // concave or self-crossing faces: their triangles turn against each other
   bool has_normals = false;      // of its own, at corners of its faces
   bool lacks_normals = false;    // at some of them
   bool normals_are_flat = true;  // they are the faces' own

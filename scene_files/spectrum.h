@@ -14,13 +14,13 @@ namespace plumb {
 using Spectrum = std::vector<std::pair<double, double>>;
 
 // The linear Rec. 709 colour of the spectrum by the CIE's colour matching functions of 1931, such
-// that an even spectrum of 1 has luminance 1. A reflectance is seen under the illuminant D65, so
-// that an even one is grey, and is clamped to what lies between 0 and 1. What a lamp emits is only
-// clamped where it is negative.
+// that a constant spectrum of 1 has luminance 1. A reflectance is seen under the illuminant D65, so
+// that a constant one is grey, and is clamped to what lies between 0 and 1. What a lamp emits is
+// only clamped where it is negative.
 Rgb reflectance_of(const Spectrum& spectrum);
 Rgb emission_of(const Spectrum& spectrum);
 
-// Emission that is the same at all wavelengths: a little red beside D65.
+// Emission that is the same at all wavelengths: reddish compared with D65.
 Rgb even_emission(double value);
 
 // Planck's law: radiance of a black body at a temperature in kelvin, in W / (m^2 sr nm).

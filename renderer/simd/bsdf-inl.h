@@ -26,7 +26,8 @@ struct BsdfSample {
 
 // The BSDF at the point of a surface that each lane is at. All directions are of unit length and
 // lead away from the point, but `incident`, which is the path's and leads to it from the camera.
-// The other side of the surface gets nothing.
+// The other side of the surface gets nothing: eval() and pdf() are negative there, and callers
+// leave such directions out.
 //
 // A BSDF's value f is in 1 / sr. Each f here is the reflectance, which has a colour, times a
 // number:

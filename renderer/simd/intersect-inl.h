@@ -63,6 +63,7 @@ HWY_INLINE Intersection<D> intersect(const PackedParallelogram<T>& shape, const 
   return found;
 }
 
+// A triangle or a convex quad, by its edges.
 template <class D, typename T>
 HWY_INLINE Intersection<D> intersect(const PackedPolygon<T>& shape, const RayLanes<D>& ray) {
   Intersection<D> found = intersect_plane(shape.plane, shape.id, ray);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Maps from the unit square to directions towards a lamp. All densities are with respect to solid
-// angle, given that this lamp was chosen. `inverse_` means one over.
+// angle, given that this lamp was chosen: they leave out PackedLamp::probability. `inverse_` means
+// one over, here and everywhere.
 #include "renderer/simd/warp-inl.h"
 
 #if defined(PLUMB_SIMD_LAMPS_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -92,12 +93,15 @@ HWY_INLINE Real<D> edge_sinh(const SeenRectangle<D>& s, Real<D> r0, Real<D> r1, 
 // Area-Preserving Parametrization for Spherical Rectangles", EGSR 2013, in other formulas).
 //
 // Let C be the solid angle of the strip from 0 to x, negative for x < 0, and q the edge_sinh() of
-// its end. But for one factor that does not depend on x,
+// its end. Up to a factor that does not depend on x,
 //
 //   sin C = x z q,  cos C = z^2 sqrt(1 + q^2) + y0 y1.
 //
 // So C is turned by a part of the solid angle; then the cosine tells q and the sine x. Both are
 // those of x0 plus a change: small rectangles differ from a point by the change alone.
+//
+// In the paper's names: S is solid_angle, z0 is -z, phi_u is C + pi, cu is x / sqrt(xx), d is
+// sqrt(xx); h0, h1 and hv are y0 / r0, y1 / r1 and y / r, of which h0 and h below are multiples.
 template <class D>
 HWY_INLINE void sample_solid_angle(const SeenRectangle<D>& s, Real<D> u, Real<D> v, Real<D>& x,
                                    Real<D>& y) {
@@ -116,7 +120,7 @@ HWY_INLINE void sample_solid_angle(const SeenRectangle<D>& s, Real<D> u, Real<D>
   x = s.z * sin_c / sqrt(max(square, R(0)));
   x = min(max(x, s.x0), s.x1);
 
-  // The sine y / r goes evenly from y0 / r0 to y1 / r1. Over r0 r1 it is h, and its change is q xx.
+  // The sine y / r goes evenly from y0 / r0 to y1 / r1. Times r0 r1 it is h, its change q xx.
   const R xx = fma(x, x, s.zz);
   const R rr1 = fma(s.y1, s.y1, xx);
   const R r0 = sqrt(fma(s.y0, s.y0, xx)), r1 = sqrt(rr1);
@@ -162,7 +166,7 @@ HWY_INLINE LampSample<D> sample_rectangle(const PackedLamp<hn::TFromD<D>>& lamp,
 template <class D>
 struct SeenTriangle {
   V3<D> a, b, c;
-  Real<D> volume;      // dot(a, intersect(b, c)), from the triangle's own area: no digits cancel
+  Real<D> volume;      // dot(a, cross(b, c)), from the triangle's own area: no digits cancel
   Real<D> complement;  // 1 + dot(a, b) + dot(b, c) + dot(c, a)
   Real<D> solid_angle;
   Real<D> z;
@@ -236,8 +240,9 @@ HWY_INLINE LampSample<D> sample_triangle(const PackedLamp<hn::TFromD<D>>& lamp, 
           inverse_triangle_pdf(lamp, s, inverse), s.z > R(0)};
 }
 
-// The cone of directions in which a sphere is seen. Its opening, 1 - cos(theta), keeps all its
-// digits for tiny or far spheres.
+// The cone of directions in which a sphere is seen, sampled uniformly (Shirley, Wang and Zimmerman,
+// "Monte Carlo Techniques for Direct Lighting Calculations", ACM TOG 15(1), 1996). Its opening,
+// 1 - cos(theta), keeps all its digits for tiny or far spheres.
 template <class D>
 struct SeenSphere {
   V3<D> axis;
