@@ -99,8 +99,9 @@ std::vector<PlacedSurface> place_surfaces(const Scene& scene, const Vec3& middle
   return placed;
 }
 
-// Whether no part of the scene lies on one of the polygon's sides.
-bool bounds_the_scene(const PlacedSurface& wall, const std::vector<PlacedSurface>& surfaces) {
+// How far the scene reaches behind the polygon, as a negative number, and before it.
+std::pair<double, double> reach(const PlacedSurface& wall,
+                                const std::vector<PlacedSurface>& surfaces) {
   const Vec3& normal = wall.flat_normal;
   const auto& polygon = std::get<Polygon>(wall.geometry);
   double lowest = 0.0;
@@ -117,7 +118,29 @@ bool bounds_the_scene(const PlacedSurface& wall, const std::vector<PlacedSurface
       for (const Vec3& c : std::get<Polygon>(surface.geometry).corners) include(c, 0.0);
     }
   }
+  return {lowest, highest};
+}
+
+// Whether no part of the scene lies on one of the polygon's sides.
+bool bounds_the_scene(const PlacedSurface& wall, const std::vector<PlacedSurface>& surfaces) {
+  const auto [lowest, highest] = reach(wall, surfaces);
   return lowest >= -Polygon::rounding || highest <= Polygon::rounding;
+}
+
+// The planes behind which the camera is and through which it looks (Camera::sees_through_backs).
+template <typename T>
+std::vector<Plane<T>> list_backs(const Vec3& eye, const std::vector<PlacedSurface>& surfaces) {
+  constexpr double size = 1.0 / 50.0;
+  std::vector<Plane<T>> backs;
+  for (const PlacedSurface& surface : surfaces) {
+    const auto* polygon = std::get_if<Polygon>(&surface.geometry);
+    if (polygon == nullptr || surface.of_solid || surface.shape->bsdf.two_sided) continue;
+    const Vec3& corner = polygon->corners[0];
+    if (surface.flat_normal.dot(eye - corner) >= 0.0) continue;
+    if (reach(surface, surfaces).first < -size) continue;
+    backs.push_back(pack_plane<T>(surface.flat_normal, corner));
+  }
+  return backs;
 }
 
 // For each surface, the first one that lies in its plane, be it itself. Planes that are the same
@@ -428,10 +451,12 @@ PackedScene<T>::PackedScene(const Scene& scene) {
   const double scale = radius > 0.0 ? 1.0 / radius : 1.0;
   camera = pack_camera<T>(scene.camera, middle, scale);
 
-  const double reach = std::max(1.0, ((scene.camera.origin - middle) * scale).length());
-  const double growth = rounding_errors * reach * std::numeric_limits<T>::epsilon() / 2.0;
+  const Vec3 eye = (scene.camera.origin - middle) * scale;
+  const double growth =
+      rounding_errors * std::max(1.0, eye.length()) * std::numeric_limits<T>::epsilon() / 2.0;
 
   const std::vector<PlacedSurface> list = place_surfaces(scene, middle, scale);
+  if (scene.camera.sees_through_backs) camera.backs = list_backs<T>(eye, list);
   surfaces.count = static_cast<int>(list.size());
   surfaces.stride = static_cast<int>((list.size() / 64 + 1) * 64);
   surfaces.values.assign(size_t{SurfaceTable<T>::columns} * size_t(surfaces.stride), T{0});

@@ -167,6 +167,7 @@ struct PackedCamera {
   PackedFilter<T> filter;
   int width;
   int height;
+  std::vector<Plane<T>> backs{};  // behind which it is, and through which it looks
 };
 
 template <typename T>

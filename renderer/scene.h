@@ -97,6 +97,9 @@ struct Camera {
   int width = 0;
   int height = 0;
   Filter filter;
+  // From outside of a room, looks into it through the walls that turn their backs to the camera:
+  // one-sided ones that have the scene, but for a fiftieth of its size, before them.
+  bool sees_through_backs = false;
 
   // Half the width of the image plane at distance 1 along `forward`, and half its height.
   double half_width() const;

@@ -260,8 +260,9 @@ class Packet {
     depth_ = select(alive_, depth_, R(0));
     const Sample<D> sample = estimator_.draw(settings_.sampler, index_, pair(direction_pair));
     scatter(sample);
-    ray_.origin = select(alive_, surface_.point, V3<D>(scene_.camera.origin));
-    ray_.direction = select(alive_, ray_.direction, camera_direction(sample));
+    const V3<D> from_camera = camera_direction(sample);
+    ray_.origin = select(alive_, surface_.point, camera_origin(from_camera));
+    ray_.direction = select(alive_, ray_.direction, from_camera);
     ray_.start = select(alive_, surface_.plane, R(-1));
     throughput_ = select(alive_, throughput_, V3<D>(R(1)));
     radiance_ = select(alive_, radiance_, V3<D>(R(0)));
@@ -306,6 +307,19 @@ class Packet {
     const auto& camera = scene_.camera;
     const V3<D> row = fma(V3<D>(camera.y_pixel), samples_.y(sample.v), V3<D>(camera.corner));
     return normalize(fma(V3<D>(camera.x_pixel), samples_.x(sample.u), row));
+  }
+
+  // Where a ray has passed all backs through which the camera looks.
+  V3<D> camera_origin(V3<D> direction) const {
+    const V3<D> origin(scene_.camera.origin);
+    if (scene_.camera.backs.empty()) return origin;
+    R distance(0);
+    for (const Plane<T>& back : scene_.camera.backs) {
+      const V3<D> normal(back.normal);
+      const R to_plane = -(dot(normal, origin) + R(back.offset)) / dot(normal, direction);
+      distance = max(distance, select(to_plane > R(0), to_plane, R(0)));
+    }
+    return fma(direction, distance * R(T{1.00001f}), origin);
   }
 
   void scatter(const Sample<D>& sample) {
