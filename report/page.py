@@ -51,6 +51,12 @@ def _json_value(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def _script(name):
+    """A file of the page's script; the whole is no module, and exports nothing."""
+    lines = (HERE / name).read_text("utf-8").splitlines(keepends=True)
+    return "".join(line for line in lines if not line.startswith("export "))
+
+
 def write_page(data, file):
     """Writes the page beside `file` and renames it: a killed run leaves the old page or the new one."""
     # A "<" in the data would let a title end the script element.
@@ -58,7 +64,7 @@ def write_page(data, file):
     page = (HERE / "page.html").read_text("utf-8")
     for name, content in (
         ("style", (HERE / "page.css").read_text("utf-8")),
-        ("script", "".join((HERE / name).read_text("utf-8") for name in ("viewer.js", "page.js"))),
+        ("script", _script("pictures.js") + _script("viewer.js") + _script("page.js")),
         ("data", text),
     ):
         page = page.replace("{{" + name + "}}", content, 1)
