@@ -1,0 +1,627 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// The live page: its controls, and what they do to scene and pictures.
+import {FLOATS, decode} from '../report/pictures.js';
+import {aim, directionTo, lookAt, orbit, pan, upAxisOf, zoom} from './camera.js';
+import {Core, CoreError} from './core.js';
+import {drawCurve} from './curve.js';
+import {FULL_COLOUR, showDifference, showOverlay, showPictures} from './display.js';
+import {EFFECTS} from './effects.js';
+import {listen} from './gestures.js';
+import {fragmentOf, sceneOf} from './link.js';
+import {Renderer} from './renderer.js';
+import {SceneDocument} from './scene_document.js';
+import {claimedError, halved, trueError} from './statistics.js';
+import {add, dot, length, normalize, subtract, times} from './vectors.js';
+
+const REST = 200;     // milliseconds after the last movement until the picture has its full size
+const DRAWING = 50;   // milliseconds between two drawings
+const SEED = 1;       // as `plumb render` has it
+const SIZES = [128, 256, 512];
+const SIDES = ['A', 'B'];
+
+const find = selector => document.querySelector(selector);
+const percent = value => `${Number((100 * value).toPrecision(3))} %`;
+const named = (scenes, base, name) => scenes[base]?.files[name];
+
+/** sRGB as in <input type=color>, from and to linear RGB. */
+const toLinear = hex => [1, 3, 5].map(i => {
+  const code = parseInt(hex.slice(i, i + 2), 16) / 255;
+  return code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4;
+});
+const toHex = rgb => '#' + rgb.map(light => {
+  const code = light <= 0.0031308 ? 12.92 * light : 1.055 * light ** (1 / 2.4) - 0.055;
+  return Math.round(255 * Math.min(Math.max(code, 0), 1)).toString(16).padStart(2, '0');
+}).join('');
+
+class Page {
+  constructor(core, renderer, scenes) {
+    Object.assign(this, {core, renderer, scenes});
+    this.panel = find('#panel').elements;
+    this.pictures = [null, null];
+    this.curves = [[], []];
+    this.references = {};
+    this.selected = -1;
+    this.without = null;  // the bounces that leave out the effect that is looked at
+    renderer.onPicture = (number, picture) => this.receive(number, picture);
+    renderer.onTrouble = text => this.say(text, true);
+    this.fillControls();
+    this.listen();
+  }
+
+  // -- Scenes
+
+  /** `scene` is {base, name, files, xml}: what is built in, or where from else; xml if it is edited. */
+  async open(scene) {
+    const builtIn = this.scenes[scene.base];
+    const files = {...builtIn?.files, ...scene.files}, name = scene.name ?? 'scene.xml';
+    const xml = scene.xml ?? files[name];
+    const before = this.scene;
+    this.scene = {base: scene.base, name, files, own: scene.files ?? {}, original: builtIn?.files[name] ?? null};
+    if (!this.apply(xml)) {
+      this.scene = before;
+      return false;
+    }
+    this.past = [xml];
+    this.now = 0;
+    this.select(-1);
+    this.chooseEffect(null);
+    this.curves = [[], []];
+    const title = builtIn?.title ?? name;
+    const choices = this.panel.scene;
+    if (!builtIn && ![...choices.options].some(option => option.value === '')) choices.append(new Option('', ''));
+    if (!builtIn) [...choices.options].find(option => option.value === '').text = title;
+    choices.value = builtIn ? scene.base : '';
+    find('#effects').hidden = scene.base !== 'seed';
+    await this.loadReferences();
+    this.settle();
+    return true;
+  }
+
+  get isEdited() { return this.xml !== this.scene.original; }
+
+  async loadReferences() {
+    const pictures = this.scenes[this.scene.base]?.pictures ?? {};
+    this.references = {};
+    for (const [word, picture] of Object.entries(pictures)) {
+      const planes = await decode(picture.values, picture.width * picture.height);
+      const values = Float32Array.from({length: 3 * planes[0].length}, (_, i) => FLOATS[planes[i % 3][i / 3 | 0]]);
+      this.references[word] = {...picture, values};
+    }
+    this.fillShow();
+  }
+
+  /** Reads the scene anew; after a refusal says why, and all is as before. */
+  apply(xml) {
+    try {
+      this.description = this.core.load({...this.scene.files, [this.scene.name]: xml}, this.scene.name);
+    } catch (error) {
+      if (!(error instanceof CoreError)) throw error;
+      this.say(error.message, true);
+      if (this.xml) this.document = new SceneDocument(this.xml);
+      return false;
+    }
+    this.say(this.description.notes.join('\n'), false);
+    this.xml = xml;
+    this.document = new SceneDocument(xml);
+    this.renderer.setScene({...this.scene.files, [this.scene.name]: xml}, this.scene.name);
+    const {shapes, camera} = this.description;
+    this.canEdit = this.document.shapes.length === shapes.length;
+    this.camera = camera;
+    this.upAxis ??= upAxisOf(camera);
+    if (this.selected >= shapes.length) this.selected = -1;
+    return true;
+  }
+
+  /** Changes the document by `edit`, at most once per frame while something moves. */
+  edit(edit, isMoving = false) {
+    if (!this.canEdit) return this.say('The shapes of a scene that includes other files can’t be edited here.', true);
+    edit(this.document);
+    if (!isMoving) {
+      if (this.apply(this.document.xml())) this.settle();
+      return undefined;
+    }
+    this.isMoving = true;
+    this.frame ??= requestAnimationFrame(() => {
+      this.frame = null;
+      if (this.apply(this.document.xml())) this.begin();
+      this.fillThing();
+    });
+    return undefined;
+  }
+
+  /** Draws in full size, and keeps the scene as it is for undoing and in the address. */
+  settle() {
+    if (this.frame) {
+      cancelAnimationFrame(this.frame);
+      this.frame = null;
+      this.apply(this.document.xml());
+    }
+    this.isMoving = false;
+    if (this.past[this.now] !== this.xml) {
+      this.past.splice(++this.now, Infinity, this.xml);
+      if (this.isEffectCamera !== this.xml) this.chooseEffect(null);
+    }
+    this.panel.undo.disabled = this.now === 0;
+    this.panel.redo.disabled = this.now === this.past.length - 1;
+    this.fillSelected();
+    this.fillShow();
+    this.begin();
+    this.updateAddress();
+  }
+
+  async updateAddress() {
+    const {base, name, own} = this.scene;
+    const fragment = this.isEdited ? await fragmentOf({base, name, files: own, xml: this.xml}) : `#${base}`;
+    if (location.hash !== fragment) history.replaceState(null, '', fragment);
+  }
+
+  step(by) {
+    const xml = this.past[this.now + by];
+    if (xml === undefined) return;
+    this.now += by;
+    this.apply(xml);
+    this.settle();
+  }
+
+  async openFiles(list) {
+    const files = {};
+    for (const file of list) files[file.name] = await file.text();
+    const name = Object.keys(files).find(file => file.endsWith('.xml'));
+    if (!name) return this.say('There is no scene file (.xml) among them.', true);
+    return this.open({base: null, name, files});
+  }
+
+  save() {
+    const offer = (name, text) => {
+      const link = document.createElement('a');
+      link.href = URL.createObjectURL(new Blob([text], {type: 'application/octet-stream'}));
+      link.download = name;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    };
+    const others = this.document.filenames.filter(name => name in this.scene.files);
+    offer(this.scene.name, this.xml);
+    for (const name of new Set(others)) offer(name, this.scene.files[name]);
+    this.say(`Saved ${[this.scene.name, ...new Set(others)].join(', ')}: plumb render and Mitsuba 3 read it. ` +
+      'They show the backs of walls, through which this page looks.', false);
+  }
+
+  // -- Pictures
+
+  settingsOf(side) {
+    const {width, height} = this.description.camera;
+    const controls = this.controls[side], part = this.isMoving ? 2 : 1;
+    const scale = this.panel.pixels.value / Math.max(width, height) / part;
+    const [first, last] = [controls.first, controls.last].map(input => input.value);
+    return {
+      width: Math.max(8, Math.round(width * scale)), height: Math.max(8, Math.round(height * scale)),
+      method: controls.method.value, sampler: controls.sampler.value, seed: SEED,
+      bounces: [Number(first) || 0, last === '' ? Infinity : Number(last)], fault: Number(controls.fault.value),
+    };
+  }
+
+  begin() {
+    SIDES.forEach((side, number) => {
+      if (number === 0 || this.panel.compare.checked) {
+        if (!this.isMoving) this.curves[number] = [];
+        this.renderer.begin(number, this.settingsOf(side));
+      } else {
+        this.renderer.end(number);
+        this.pictures[number] = null;
+        this.curves[number] = [];
+      }
+    });
+    this.isFresh = true;
+  }
+
+  receive(number, picture) {
+    this.pictures[number] = picture;
+    this.drawing ??= setTimeout(() => {
+      this.drawing = null;
+      this.draw();
+    }, Math.max(0, (this.drawn ?? 0) + DRAWING - performance.now()));
+  }
+
+  /** The reference for a picture, if there is one. */
+  referenceFor({settings}) {
+    const reference = this.references.plumbline;
+    const fits = reference && !this.isEdited && settings.width === reference.width;
+    return fits && settings.bounces[0] === 0 && settings.bounces[1] === Infinity ? reference.values : null;
+  }
+
+  record(number) {
+    const picture = this.pictures[number];
+    if (!picture || picture.samples < 4) return null;
+    const reference = this.referenceFor(picture);
+    const errors = {claimed: claimedError(picture), true: reference && trueError(picture, reference)};
+    const curve = this.curves[number], last = curve.at(-1);
+    if (!this.isMoving && (!last || picture.samples >= 1.1 * last[0]))
+      curve.push([picture.samples, errors.true ?? errors.claimed]);
+    return errors;
+  }
+
+  draw() {
+    this.drawn = performance.now();
+    const [a, b] = this.pictures, canvas = find('#picture');
+    if (!a) return;
+    const compares = this.panel.compare.checked && b?.settings.width === a.settings.width;
+    const split = compares ? Number(find('#split').value) : null;
+    const reference = this.references[this.panel.show.value];
+    const {width, height} = a.settings;
+    const isDifference = reference && !this.isEdited && width === 256;
+    if (isDifference) {
+      const halves = reference.width < width;
+      showDifference(canvas, reference.width, reference.height, halves ? halved(a.mean, width, height) : a.mean,
+        reference.values);
+    } else {
+      showPictures(canvas, a, compares ? b : null, split ?? 1, Number(this.panel.exposure.value));
+    }
+    find('.split').hidden = split === null || isDifference;
+    const legend = find('.legend');
+    legend.hidden = !isDifference;
+    if (isDifference) {
+      legend.textContent = `Red where this picture is brighter than ${reference.title}, blue where it is darker; in full ` +
+        `colour from ${percent(FULL_COLOUR)} on${reference.width < width ? '. Means of 2 × 2 pixels' : ''}.`;
+    }
+    this.drawOverlay(isDifference ? null : split);
+    this.tellNumbers(SIDES.map((_, number) => this.record(number)));
+    document.body.dataset.samples = a.samples;
+  }
+
+  drawOverlay(split) {
+    showOverlay(find('#overlay'),
+      {camera: this.camera, box: this.description.shapes[this.selected], split});
+  }
+
+  tellNumbers(errors) {
+    const rows = this.pictures.flatMap((picture, number) => {
+      if (!picture || number === 1 && !this.panel.compare.checked) return [];
+      const {samples, seconds, settings: {width, height}} = picture;
+      const of = this.panel.compare.checked ? `${SIDES[number]}: ` : '';
+      const pace = seconds > 0 ? samples * width * height / seconds / 1e6 : 0;
+      const told = errors[number];
+      return [[`${of}samples per pixel`, samples], [`${of}seconds`, seconds.toFixed(1)],
+        [`${of}million samples a second`, pace.toFixed(2)],
+        [`${of}noise, as it claims`, told ? percent(told.claimed) : '…'],
+        ...told?.true ? [[`${of}error against the converged picture`, percent(told.true)]] : []];
+    });
+    const term = (tag, text) => Object.assign(document.createElement(tag), {textContent: text});
+    find('.numbers').replaceChildren(...rows.map(([name, value]) => {
+      const row = document.createElement('div');
+      row.append(term('dt', name), term('dd', value));
+      return row;
+    }));
+    const isTrue = errors.map(one => Boolean(one?.true));
+    drawCurve(find('#curve'), SIDES.map((side, i) => ({name: side, points: this.curves[i], isClaimed: !isTrue[i]})));
+    const what = isTrue[0] ? 'Error against the converged picture of this scene'
+      : 'Noise as the picture claims it: how far it is from a converged one, if nothing is wrong';
+    find('.curve figcaption').textContent = `${what}, as samples grow. Dotted: 1/√N, as independent samples fall.` +
+      (this.panel.compare.checked ? ' Blue: A; orange: B.' : '');
+  }
+
+  // -- Moving
+
+  get pivot() {
+    const box = this.description.shapes[this.selected];
+    if (box) return times(add(box.low, box.high), 0.5);
+    const {shapes} = this.description;
+    const bound = (pick, name) => [0, 1, 2].map(i => pick(...shapes.map(shape => shape[name][i])));
+    const middle = times(add(bound(Math.min, 'low'), bound(Math.max, 'high')), 0.5);
+    return middle.every(Number.isFinite) ? middle : add(this.camera.origin, this.camera.forward);
+  }
+
+  move(camera) {
+    const pivot = this.pivot;
+    this.camera = camera;
+    this.edit(scene => scene.look(lookAt(camera, pivot)), true);
+    this.rest();
+  }
+
+  rest() {
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => this.settle(), REST);
+  }
+
+  /** Whether a thing moves when it is dragged, and doesn't take the view with it: not a room's wall. */
+  isMovable(index) {
+    const {shapes} = this.description, {faces, radiance, low, high} = shapes[index];
+    const sizes = subtract(high, low), whole = [0, 1, 2].map(i =>
+      Math.max(...shapes.map(shape => shape.high[i])) - Math.min(...shapes.map(shape => shape.low[i])));
+    const spans = sizes.filter((size, i) => size > 0.9 * whole[i] && whole[i] > 0).length;
+    return radiance.some(light => light > 0) || faces.length === 0 || faces.length > 2 || spans < 2;
+  }
+
+  press(x, y) {
+    const hit = this.core.pick(x, y);
+    if (!hit || !this.canEdit || !this.isMovable(hit.shape)) return false;
+    this.select(hit.shape);
+    this.grabbed = {shape: hit.shape, point: hit.point};
+    return true;
+  }
+
+  /** The thing follows the pointer in the plane of the floor, or in that of a wall before the camera. */
+  drag(x, y, isUpright) {
+    const {camera, grabbed: {shape, point}, upAxis} = this;
+    const level = camera.forward.map((part, i) => i === upAxis ? 0 : Math.abs(part));
+    const axis = isUpright ? level.indexOf(Math.max(...level)) : upAxis;
+    const direction = directionTo(camera, x, y);
+    const distance = (point[axis] - camera.origin[axis]) / direction[axis];
+    if (!(distance > 0) || distance * length(direction) > 1e3 * length(subtract(this.pivot, camera.origin))) return;
+    const now = add(camera.origin, times(direction, distance)), step = subtract(now, point);
+    step[axis] = 0;
+    this.grabbed.point = now;
+    this.edit(scene => scene.move(shape, step), true);
+  }
+
+  // -- Things
+
+  select(index) {
+    this.selected = index;
+    this.fillSelected();
+    this.drawOverlay(this.panel.compare.checked ? Number(find('#split').value) : null);
+  }
+
+  addThing(kind) {
+    const {low, high} = (() => {
+      const movable = this.description.shapes.filter((_, i) => !this.isMovable(i));
+      const all = movable.length ? movable : this.description.shapes;
+      const bound = (pick, name) => [0, 1, 2].map(i => pick(...all.map(shape => shape[name][i])));
+      return {low: bound(Math.min, 'low'), high: bound(Math.max, 'high')};
+    })();
+    const middle = times(add(low, high), 0.5), size = 0.12 * Math.min(...subtract(high, low).filter(side => side > 0));
+    const isUp = this.camera.up[this.upAxis] > 0;
+    // On the floor, in the middle.
+    middle[this.upAxis] = isUp ? low[this.upAxis] + size : high[this.upAxis] - size;
+    const half = [size, size, size];
+    let index;
+    this.edit(scene => { index = scene.add(kind, subtract(middle, half), add(middle, half)); });
+    if (index !== undefined) this.select(index);
+  }
+
+  resize(factor) {
+    const {low, high, faces} = this.description.shapes[this.selected];
+    const about = times(add(low, high), 0.5);
+    // What stands stays on its floor.
+    if (faces.length !== 1) about[this.upAxis] = (this.camera.up[this.upAxis] > 0 ? low : high)[this.upAxis];
+    this.edit(scene => scene.scale(this.selected, factor, about));
+  }
+
+  changeThing(name) {
+    const {panel, selected} = this, shape = this.description.shapes[selected];
+    const middle = times(add(shape.low, shape.high), 0.5), axis = 'xyz'.indexOf(name);
+    const value = Number(panel[name]?.value);
+    if (axis >= 0 && panel[name].value !== '') {
+      this.edit(scene => scene.move(selected, middle.map((part, i) => i === axis ? value - part : 0)));
+    } else if (name === 'size' && value > 0) {
+      this.resize(value / this.sizeOf(shape));
+    } else if (name === 'brightness' && value >= 0) {
+      const most = Math.max(...shape.radiance);
+      this.edit(scene => scene.shine(selected, shape.radiance.map(light => light / most * value)));
+    } else if (name === 'colour' || name === 'material') {
+      const rgb = name === 'colour' ? toLinear(panel.colour.value) : shape.reflectance;
+      this.edit(scene => scene.paint(selected, panel.material.value === 'steel', rgb));
+    }
+    this.fillThing();
+  }
+
+  sizeOf({low, high}) { return Math.max(...subtract(high, low)); }
+
+  remove() {
+    if (this.selected < 0) return;
+    const index = this.selected;
+    this.selected = -1;
+    this.edit(scene => scene.remove(index));
+  }
+
+  // -- Effects
+
+  chooseEffect(effect) {
+    this.without = effect?.without ?? null;
+    const without = this.panel.without;
+    without.checked = false;
+    without.closest('label').hidden = !effect;
+    find('.told').textContent = effect ? effect.text : '';
+    for (const button of find('#effects .buttons').children)
+      button.setAttribute('aria-pressed', String(effect !== null && button.textContent === effect.title));
+    this.setBounces([0, Infinity]);
+  }
+
+  async lookAtEffect(effect) {
+    if (this.isEdited) await this.open({base: 'seed'});
+    this.document.look(effect.look);
+    this.isEffectCamera = this.document.xml();
+    if (!this.apply(this.isEffectCamera)) return;
+    this.chooseEffect(effect);
+    this.settle();
+  }
+
+  setBounces([first, last]) {
+    const {A} = this.controls;
+    A.first.value = first;
+    A.last.value = last === Infinity ? '' : last;
+  }
+
+  // -- Controls
+
+  fillControls() {
+    const {panel} = this, faults = this.core.faults();
+    for (const [word, {title}] of Object.entries(this.scenes)) panel.scene.append(new Option(title, word));
+    for (const size of SIZES) panel.pixels.append(new Option(`${size} pixels`, size, size === 256, size === 256));
+    this.controls = {};
+    // Those of the demo first: what this project began with.
+    const order = faults.map(([name, text], i) => ({name, text, i}))
+      .sort((a, b) => b.name.startsWith('webgl') - a.name.startsWith('webgl'));
+    for (const fieldset of document.querySelectorAll('.settings')) {
+      fieldset.append(find('#settings').content.cloneNode(true));
+      const controls = Object.fromEntries([...fieldset.querySelectorAll('[name]')].map(input => [input.name, input]));
+      for (const {name, text, i} of order) controls.fault.append(new Option(`${name}: ${text}`, i));
+      this.controls[fieldset.dataset.of] = controls;
+    }
+    find('#effects .buttons').append(...EFFECTS.map(effect => Object.assign(document.createElement('button'), {
+      type: 'button', textContent: effect.title, onclick: () => this.lookAtEffect(effect)})));
+    this.tellStops();
+  }
+
+  fillShow() {
+    const {show} = this.panel, before = show.value, canCompare = !this.isEdited;
+    show.replaceChildren(new Option('the picture', 'picture'), ...Object.entries(canCompare ? this.references : {})
+      .map(([word, {title}]) => new Option(`the difference to ${title}`, word)));
+    show.value = [...show.options].some(option => option.value === before) ? before : 'picture';
+  }
+
+  fillSelected() {
+    const {selected} = this.panel;
+    selected.replaceChildren(new Option('nothing', -1),
+      ...this.description.shapes.map(({id}, i) => new Option(id || `shape ${i + 1}`, i)));
+    selected.value = this.selected;
+    this.fillThing();
+  }
+
+  fillThing() {
+    const shape = this.description.shapes[this.selected], {panel} = this;
+    find('.thing').hidden = !shape;
+    if (!shape) return;
+    const isLamp = shape.radiance.some(light => light > 0);
+    find('.thing .lamp').hidden = !isLamp;
+    panel.material.value = shape.mirror ? 'steel' : 'matte';
+    panel.colour.value = toHex(shape.reflectance);
+    const round = value => Number(value.toPrecision(5));
+    const values = {size: this.sizeOf(shape), brightness: Math.max(...shape.radiance)};
+    times(add(shape.low, shape.high), 0.5).forEach((value, i) => { values['xyz'[i]] = value; });
+    for (const [name, value] of Object.entries(values))
+      if (document.activeElement !== panel[name]) panel[name].value = round(value);
+  }
+
+  tellStops() {
+    const stops = Number(this.panel.exposure.value);
+    this.panel.stops.value = `${stops > 0 ? '+' : ''}${stops} stops`.replace('-', '−');
+  }
+
+  tellFaults() {
+    for (const {fault} of Object.values(this.controls)) {
+      const told = fault.closest('fieldset').querySelector('.fault');
+      told.textContent = fault.value === '-1' ? '' : `plumb render … --fault ${fault.selectedOptions[0].text.split(':')[0]}`;
+    }
+  }
+
+  say(text, isTrouble) {
+    const trouble = find('#trouble');
+    trouble.hidden = !isTrouble;
+    trouble.textContent = isTrouble ? text : '';
+    if (!isTrouble) find('#said').textContent = text;
+  }
+
+  listen() {
+    const {panel} = this, form = find('#panel');
+    form.onsubmit = event => event.preventDefault();
+    const buttons = {
+      undo: () => this.step(-1), redo: () => this.step(1), save: () => this.save(), remove: () => this.remove(),
+      sphere: () => this.addThing('sphere'), cube: () => this.addThing('cube'), link: () => this.copyLink(),
+      pause: () => {
+        const isPaused = panel.pause.getAttribute('aria-pressed') !== 'true';
+        panel.pause.setAttribute('aria-pressed', String(isPaused));
+        panel.pause.textContent = isPaused ? 'Go on' : 'Pause';
+        this.renderer.pause(isPaused);
+      },
+    };
+    form.onclick = ({target}) => { if (target.type === 'button') buttons[target.name]?.(); };
+    form.oninput = ({target}) => {
+      if (target.name !== 'exposure') return;
+      this.tellStops();
+      this.draw();
+    };
+    form.onchange = ({target}) => this.change(target);
+    find('#split').oninput = () => this.draw();
+    document.onkeydown = event => {
+      const isTyping = event.target.matches('input[type=number], select');
+      const key = event.ctrlKey || event.metaKey ? `ctrl ${event.key}` : event.key;
+      const acts = {'ctrl z': () => this.step(-1), 'ctrl y': () => this.step(1), 'ctrl Z': () => this.step(1)};
+      if (!isTyping) Object.assign(acts, {Delete: () => this.remove(), Escape: () => this.select(-1)});
+      if (!(key in acts)) return;
+      event.preventDefault();
+      acts[key]();
+    };
+    const isFile = event => event.dataTransfer?.types.includes('Files');
+    document.ondragover = event => { if (isFile(event)) event.preventDefault(); };
+    document.ondrop = event => {
+      if (!isFile(event)) return;
+      event.preventDefault();
+      this.openFiles(event.dataTransfer.files);
+    };
+    window.onhashchange = () => this.openAddress();
+    new ResizeObserver(() => this.draw()).observe(find('#picture'));
+    listen(find('#picture'), {
+      press: (x, y) => this.press(x, y), drag: (x, y, isUpright) => this.drag(x, y, isUpright),
+      orbit: (dx, dy) => this.move(orbit(this.camera, this.pivot, -dx * 3, -dy * 3, this.upAxis)),
+      pan: (dx, dy) => this.move(pan(this.camera, this.pivot, -dx, dy)),
+      zoom: factor => this.move(zoom(this.camera, this.pivot, factor)),
+      select: (x, y) => this.select(this.core.pick(x, y)?.shape ?? -1), end: () => this.isMoving && this.rest(),
+    });
+  }
+
+  change(input) {
+    const side = input.closest('.settings')?.dataset.of;
+    if (input.name === 'scene' && input.value) this.open({base: input.value});
+    else if (input.name === 'open') this.openFiles(input.files).then(() => { input.value = ''; });
+    else if (input.name === 'selected') this.select(Number(input.value));
+    else if (input.closest('.thing')) this.changeThing(input.name);
+    else if (side || ['compare', 'pixels', 'without'].includes(input.name)) this.changeSettings(input);
+    else this.draw();
+  }
+
+  changeSettings(input) {
+    find('.settings[data-of=B]').hidden = !this.panel.compare.checked;
+    if (input.name === 'without') this.setBounces(input.checked ? this.without : [0, Infinity]);
+    this.tellFaults();
+    this.begin();
+  }
+
+  async copyLink() {
+    await this.updateAddress();
+    try {
+      await navigator.clipboard.writeText(location.href);
+      this.say('The link is copied. It holds the scene as it is now.', false);
+    } catch {
+      this.say('The address of this page holds the scene as it is now: copy it from there.', false);
+    }
+  }
+
+  async openAddress() {
+    const word = location.hash.slice(1);
+    try {
+      const scene = word in this.scenes ? {base: word} : await sceneOf(location.hash);
+      if (scene && await this.open(scene)) return;
+    } catch (error) {
+      this.say(`The scene in this address is damaged: ${error.message}`, true);
+    }
+    if (!this.scene) await this.open({base: Object.keys(this.scenes)[0]});
+  }
+}
+
+async function unpack(base64) {
+  const bytes = Uint8Array.from(atob(base64), letter => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+async function start() {
+  const data = JSON.parse(find('#data').textContent);
+  if (!('WebAssembly' in window) || !('DecompressionStream' in window))
+    throw new Error('This browser lacks WebAssembly or cannot unpack what this page holds (DecompressionStream).');
+  const bytes = await unpack(data.core);
+  if (!WebAssembly.validate(bytes))
+    throw new Error('This browser’s WebAssembly lacks SIMD or exceptions, which the renderer needs.');
+  const module = await WebAssembly.compile(bytes);
+  const code = URL.createObjectURL(new Blob([find('#worker').textContent], {type: 'text/javascript'}));
+  const count = Math.min(Math.max(navigator.hardwareConcurrency || 2, 1), 32);
+  const renderer = new Renderer(module, Array.from({length: count}, () => new Worker(code)));
+  const page = new Page(await Core.create(module), renderer, data.scenes);
+  await page.openAddress();
+}
+
+start().catch(error => {
+  const trouble = find('#trouble');
+  trouble.hidden = false;
+  trouble.textContent = error.message;
+});

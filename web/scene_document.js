@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// A scene file as a tree that can be edited and written again. Shapes are told by their numbers in
+// the order of the file, which are the core's.
+
+const text = number => String(Number(number.toPrecision(7)));
+const list = vector => vector.map(text).join(', ');
+
+export class SceneDocument {
+  /** `xml` is a scene file that the core has read. */
+  constructor(xml) {
+    this.document = new DOMParser().parseFromString(xml, 'text/xml');
+    this.root = this.document.documentElement;
+  }
+
+  xml() { return new XMLSerializer().serializeToString(this.document) + '\n'; }
+
+  get shapes() { return [...this.root.querySelectorAll('shape')]; }
+
+  /** The files that it names. */
+  get filenames() {
+    return [...this.root.querySelectorAll('string[name=filename]')].map(node => node.getAttribute('value'));
+  }
+
+  // -- The camera
+
+  look({origin, target, up}) {
+    const sensor = this.root.querySelector('sensor');
+    const transform = this.transformOf(sensor);
+    transform.replaceChildren(this.make('lookat', {origin: list(origin), target: list(target), up: list(up)}));
+  }
+
+  // -- Shapes
+
+  /** What is added to a transform stands at its end: a scale and a translation, one each. */
+  move(index, by) {
+    const [, translation] = this.placeOf(index);
+    for (const [axis, step] of ['x', 'y', 'z'].map((name, i) => [name, by[i]]))
+      translation.setAttribute(axis, text(Number(translation.getAttribute(axis)) + step));
+  }
+
+  /** Scales by a factor about a point, which stays where it is. */
+  scale(index, factor, about) {
+    const [scale, translation] = this.placeOf(index);
+    scale.setAttribute('value', text(Number(scale.getAttribute('value')) * factor));
+    ['x', 'y', 'z'].forEach((axis, i) => {
+      const before = Number(translation.getAttribute(axis));
+      translation.setAttribute(axis, text(factor * before + (1 - factor) * about[i]));
+    });
+  }
+
+  remove(index) {
+    const shape = this.shapes[index], before = shape.previousSibling;
+    if (before?.nodeType === Node.TEXT_NODE && before.data.trim() === '') before.remove();
+    shape.remove();
+  }
+
+  /** Adds a sphere or an axis-aligned cuboid that fills a box, and returns its number. */
+  add(kind, low, high) {
+    const middle = low.map((a, i) => (a + high[i]) / 2), half = low.map((a, i) => (high[i] - a) / 2);
+    const [x, y, z] = middle.map(text), [a, b, c] = half.map(text);
+    const id = this.freeId(kind === 'cube' ? 'cuboid' : kind);
+    const place = kind === 'sphere'
+      ? [this.make('point', {name: 'center', x, y, z}), this.make('float', {name: 'radius', value: a})]
+      : [this.make('transform', {name: 'to_world'}, this.make('scale', {x: a, y: b, z: c}),
+        this.make('translate', {x, y, z}))];
+    const shape = this.make('shape', {type: kind, id}, ...place, this.bsdf(false, [0.73, 0.73, 0.73]));
+    this.root.append(this.document.createTextNode('\n  '), shape, this.document.createTextNode('\n'));
+    return this.shapes.indexOf(shape);
+  }
+
+  /** A shape's surface becomes matte or steel. */
+  paint(index, isMirror, reflectance) {
+    const shape = this.shapes[index], bsdf = this.bsdf(isMirror, reflectance);
+    const old = [...shape.children].filter(child => child.localName === 'bsdf' ||
+      child.localName === 'ref' && this.byId(child.getAttribute('id'))?.localName === 'bsdf');
+    if (old.length > 0) old[0].before(bsdf);
+    else shape.append(bsdf);
+    old.forEach(node => node.remove());
+  }
+
+  /** Of a lamp. */
+  shine(index, radiance) {
+    const emitter = this.shapes[index].querySelector('emitter');
+    emitter.replaceChildren(this.make('rgb', {name: 'radiance', value: list(radiance)}));
+  }
+
+  // -- Elements
+
+  byId(id) { return [...this.root.querySelectorAll('[id]')].find(node => node.getAttribute('id') === id); }
+
+  freeId(stem) {
+    let number = 1;
+    while (this.byId(`${stem}_${number}`)) number++;
+    return `${stem}_${number}`;
+  }
+
+  make(tag, attributes, ...children) {
+    const element = this.document.createElement(tag);
+    for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+    element.append(...children);
+    return element;
+  }
+
+  bsdf(isMirror, reflectance) {
+    const value = list(reflectance);
+    return isMirror
+      ? this.make('bsdf', {type: 'conductor'}, this.make('string', {name: 'material', value: 'none'}),
+        this.make('rgb', {name: 'specular_reflectance', value}))
+      : this.make('bsdf', {type: 'diffuse'}, this.make('rgb', {name: 'reflectance', value}));
+  }
+
+  transformOf(node) {
+    const names = ['to_world', 'toWorld'];
+    const found = [...node.children].find(child =>
+      child.localName === 'transform' && names.includes(child.getAttribute('name')));
+    if (found) return found;
+    const made = this.make('transform', {name: 'to_world'});
+    node.prepend(made);
+    return made;
+  }
+
+  placeOf(index) {
+    const transform = this.transformOf(this.shapes[index]);
+    const [last, before] = [...transform.children].reverse();
+    const isOurs = before?.localName === 'scale' && before.hasAttribute('value') &&
+      !before.getAttribute('value').includes(',') && last.localName === 'translate' &&
+      ['x', 'y', 'z'].every(axis => last.hasAttribute(axis));
+    if (isOurs) return [before, last];
+    const made = [this.make('scale', {value: '1'}), this.make('translate', {x: '0', y: '0', z: '0'})];
+    transform.append(...made);
+    return made;
+  }
+}
