@@ -6,10 +6,6 @@ import {add, cross, dot, length, normalize, subtract, times, turn} from './vecto
 
 const MOST_TILT = 0.99;  // sine of the steepest view up or down
 
-/** The direction towards a place of the picture, from 0 to 1 from its upper left corner. */
-export const directionTo = (camera, x, y) => add(camera.forward, add(
-  times(camera.right, camera.halfWidth * (2 * x - 1)), times(camera.up, camera.halfHeight * (1 - 2 * y))));
-
 /** Where in the picture a point is seen, and whether it is before the camera. */
 export function project(camera, point) {
   const to = subtract(point, camera.origin), depth = dot(to, camera.forward);
@@ -23,7 +19,7 @@ export const upAxisOf = camera => camera.up.map(Math.abs).reduce((best, size, i,
 const axisVector = (camera, axis) => [0, 1, 2].map(i => i === axis ? Math.sign(camera.up[axis]) || 1 : 0);
 
 /** The camera with another origin and direction, upright. */
-export function aim(camera, origin, forward, axis) {
+function aim(camera, origin, forward, axis) {
   const up = axisVector(camera, axis);
   // Scenes may be mirrored: what was to the right stays there.
   const isMirrored = dot(cross(camera.forward, camera.up), camera.right) < 0;

@@ -6,17 +6,16 @@ export const EFFECTS = [
   {
     title: 'Steel showing steel',
     look: {origin: [330, 250, -190], target: [380, 130, 260], up: [0, 1, 0]},
-    without: [0, 1],
-    text: 'The steel sphere shows the room, and in it the steel cuboid, which shows the room again. ' +
-      'Light takes two or more mirror bounces on its way here: with one bounce at most, all that steel ' +
-      'shows of other things is black.',
+    without: [0, 2],
+    text: 'The steel sphere shows the steel cuboid, which shows the room: such light is reflected three times, by ' +
+      'a wall, the cuboid and the sphere. With two bounces at most, the sphere shows the room but a black cuboid.',
   },
   {
     title: 'The green wall, by way of sphere and cuboid',
-    look: {origin: [410, 190, -120], target: [345, 105, 215], up: [0, 1, 0]},
-    without: [0, 3],
-    text: 'The green sliver in the right rim of the sphere is the green wall, seen first in the sphere and ' +
-      'then in the cuboid’s front. The wall’s own light needs two further bounces from the lamp: four in all.',
+    look: {origin: [324, 181, -103], target: [345, 140, 168], up: [0, 1, 0]},
+    without: [0, 2],
+    text: 'In the right rim of the sphere stands the front of the cuboid, and it is green: it mirrors the green wall. ' +
+      'Wall, cuboid and sphere are three bounces; take the third away, and the front is black.',
   },
   {
     title: 'Red on one side, green on the other',
@@ -34,7 +33,7 @@ export const EFFECTS = [
   },
   {
     title: 'Soft shadows',
-    look: {origin: [240, 380, -200], target: [120, 150, 260], up: [0, 1, 0]},
+    look: {origin: [330, 360, -260], target: [120, 150, 230], up: [0, 1, 0]},
     without: [2, 1000],
     text: 'A point near the edge of a shadow sees a part of the lamp, so the shadow fades: the wider, the ' +
       'farther it falls. Take the direct light away, and the shadows go with it.',

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // What pointers and keys do on the picture. `act` is told: press(x, y) returns whether there is a
-// thing to drag; drag(x, y, isUpright), orbit(dx, dy), pan(dx, dy), zoom(factor), select(x, y),
+// thing to drag; drag(dx, dy, isUpright), orbit(dx, dy), pan(dx, dy), zoom(factor), select(x, y),
 // end(). Places are from 0 to 1 from the upper left corner, steps in parts of the picture's width.
 const CLICK = 4;  // pixels that a pointer may move between press and release
 
@@ -44,7 +44,7 @@ export function listen(canvas, act) {
       return;
     }
     pointers.set(event.pointerId, now);
-    if (drags) act.drag(...now, event.shiftKey);
+    if (drags) act.drag(...step, event.shiftKey);
     else if (event.shiftKey || event.buttons > 1) act.pan(...step);
     else act.orbit(...step);
   });

@@ -2,7 +2,7 @@
 
 // The live page: its controls, and what they do to scene and pictures.
 import {FLOATS, decode} from '../report/pictures.js';
-import {aim, directionTo, lookAt, orbit, pan, upAxisOf, zoom} from './camera.js';
+import {lookAt, orbit, pan, upAxisOf, zoom} from './camera.js';
 import {Core, CoreError} from './core.js';
 import {drawCurve} from './curve.js';
 import {FULL_COLOUR, showDifference, showOverlay, showPictures} from './display.js';
@@ -12,7 +12,7 @@ import {fragmentOf, sceneOf} from './link.js';
 import {Renderer} from './renderer.js';
 import {SceneDocument} from './scene_document.js';
 import {claimedError, halved, trueError} from './statistics.js';
-import {add, dot, length, normalize, subtract, times} from './vectors.js';
+import {add, dot, normalize, subtract, times} from './vectors.js';
 
 const REST = 200;     // milliseconds after the last movement until the picture has its full size
 const DRAWING = 50;   // milliseconds between two drawings
@@ -22,7 +22,6 @@ const SIDES = ['A', 'B'];
 
 const find = selector => document.querySelector(selector);
 const percent = value => `${Number((100 * value).toPrecision(3))} %`;
-const named = (scenes, base, name) => scenes[base]?.files[name];
 
 /** sRGB as in <input type=color>, from and to linear RGB. */
 const toLinear = hex => [1, 3, 5].map(i => {
@@ -33,6 +32,11 @@ const toHex = rgb => '#' + rgb.map(light => {
   const code = light <= 0.0031308 ? 12.92 * light : 1.055 * light ** (1 / 2.4) - 0.055;
   return Math.round(255 * Math.min(Math.max(code, 0), 1)).toString(16).padStart(2, '0');
 }).join('');
+
+const boxOf = boxes => {
+  const bound = (pick, name) => [0, 1, 2].map(i => pick(...boxes.map(box => box[name][i])));
+  return {low: bound(Math.min, 'low'), high: bound(Math.max, 'high')};
+};
 
 class Page {
   constructor(core, renderer, scenes) {
@@ -236,8 +240,9 @@ class Page {
     const reference = this.referenceFor(picture);
     const errors = {claimed: claimedError(picture), true: reference && trueError(picture, reference)};
     const curve = this.curves[number], last = curve.at(-1);
-    if (!this.isMoving && (!last || picture.samples >= 1.1 * last[0]))
-      curve.push([picture.samples, errors.true ?? errors.claimed]);
+    const error = errors.true ?? errors.claimed;
+    if (!this.isMoving && error > 0 && (!last || picture.samples >= 1.1 * last[0]))
+      curve.push([picture.samples, error]);
     return errors;
   }
 
@@ -305,9 +310,7 @@ class Page {
   get pivot() {
     const box = this.description.shapes[this.selected];
     if (box) return times(add(box.low, box.high), 0.5);
-    const {shapes} = this.description;
-    const bound = (pick, name) => [0, 1, 2].map(i => pick(...shapes.map(shape => shape[name][i])));
-    const middle = times(add(bound(Math.min, 'low'), bound(Math.max, 'high')), 0.5);
+    const whole = boxOf(this.description.shapes), middle = times(add(whole.low, whole.high), 0.5);
     return middle.every(Number.isFinite) ? middle : add(this.camera.origin, this.camera.forward);
   }
 
@@ -326,9 +329,8 @@ class Page {
   /** Whether a thing moves when it is dragged, and doesn't take the view with it: not a room's wall. */
   isMovable(index) {
     const {shapes} = this.description, {faces, radiance, low, high} = shapes[index];
-    const sizes = subtract(high, low), whole = [0, 1, 2].map(i =>
-      Math.max(...shapes.map(shape => shape.high[i])) - Math.min(...shapes.map(shape => shape.low[i])));
-    const spans = sizes.filter((size, i) => size > 0.9 * whole[i] && whole[i] > 0).length;
+    const box = boxOf(shapes), whole = subtract(box.high, box.low);
+    const spans = subtract(high, low).filter((size, i) => size > 0.9 * whole[i] && whole[i] > 0).length;
     return radiance.some(light => light > 0) || faces.length === 0 || faces.length > 2 || spans < 2;
   }
 
@@ -340,18 +342,33 @@ class Page {
     return true;
   }
 
-  /** The thing follows the pointer in the plane of the floor, or in that of a wall before the camera. */
-  drag(x, y, isUpright) {
+  /** Along the floor, or with shift along a wall before the camera; steps in parts of the width. */
+  drag(dx, dy, isUpright) {
     const {camera, grabbed: {shape, point}, upAxis} = this;
-    const level = camera.forward.map((part, i) => i === upAxis ? 0 : Math.abs(part));
-    const axis = isUpright ? level.indexOf(Math.max(...level)) : upAxis;
-    const direction = directionTo(camera, x, y);
-    const distance = (point[axis] - camera.origin[axis]) / direction[axis];
-    if (!(distance > 0) || distance * length(direction) > 1e3 * length(subtract(this.pivot, camera.origin))) return;
-    const now = add(camera.origin, times(direction, distance)), step = subtract(now, point);
-    step[axis] = 0;
-    this.grabbed.point = now;
+    const level = vector => normalize(vector.map((part, i) => i === upAxis ? 0 : part));
+    const width = 2 * camera.halfWidth * dot(subtract(point, camera.origin), camera.forward);
+    const up = [0, 1, 2].map(i => i === upAxis ? Math.sign(camera.up[i]) : 0);
+    // Seen from the side, the floor is short; a thing that kept below the pointer would fly away.
+    const slope = Math.max(Math.abs(camera.forward[upAxis]), 0.35);
+    const other = isUpright ? up : times(level(camera.forward), 1 / slope);
+    const step = this.within(shape, add(times(level(camera.right), dx * width), times(other, -dy * width)));
+    this.grabbed.point = add(point, step);
     this.edit(scene => scene.move(shape, step), true);
+  }
+
+  /** A step of a thing, cut where it would leave the room in which it is. */
+  within(shape, step) {
+    const {low, high} = this.description.shapes[shape], room = this.room;
+    return step.map((part, i) => {
+      const isInside = low[i] >= room.low[i] && high[i] <= room.high[i];
+      return isInside ? Math.max(room.low[i] - low[i], Math.min(part, room.high[i] - high[i])) : part;
+    });
+  }
+
+  /** The box around what does not move, or around everything. */
+  get room() {
+    const {shapes} = this.description, walls = shapes.filter((_, i) => !this.isMovable(i));
+    return boxOf(walls.length > 0 ? walls : shapes);
   }
 
   // -- Things
@@ -363,12 +380,7 @@ class Page {
   }
 
   addThing(kind) {
-    const {low, high} = (() => {
-      const movable = this.description.shapes.filter((_, i) => !this.isMovable(i));
-      const all = movable.length ? movable : this.description.shapes;
-      const bound = (pick, name) => [0, 1, 2].map(i => pick(...all.map(shape => shape[name][i])));
-      return {low: bound(Math.min, 'low'), high: bound(Math.max, 'high')};
-    })();
+    const {low, high} = this.room;
     const middle = times(add(low, high), 0.5), size = 0.12 * Math.min(...subtract(high, low).filter(side => side > 0));
     const isUp = this.camera.up[this.upAxis] > 0;
     // On the floor, in the middle.
@@ -552,7 +564,7 @@ class Page {
     window.onhashchange = () => this.openAddress();
     new ResizeObserver(() => this.draw()).observe(find('#picture'));
     listen(find('#picture'), {
-      press: (x, y) => this.press(x, y), drag: (x, y, isUpright) => this.drag(x, y, isUpright),
+      press: (x, y) => this.press(x, y), drag: (dx, dy, isUpright) => this.drag(dx, dy, isUpright),
       orbit: (dx, dy) => this.move(orbit(this.camera, this.pivot, -dx * 3, -dy * 3, this.upAxis)),
       pan: (dx, dy) => this.move(pan(this.camera, this.pivot, -dx, dy)),
       zoom: factor => this.move(zoom(this.camera, this.pivot, factor)),
