@@ -237,8 +237,10 @@ Picture read_side(const Options& options, const std::string& side, const std::st
 void draw_sizes(const Options& options, Picture test, Picture reference) {
   const int width = std::max(test.image.width, reference.image.width);
   const int height = std::max(test.image.height, reference.image.height);
-  enlarge(test, width, height);
-  enlarge(reference, width, height);
+  reframe(test, {0, 0, width, height});
+  reframe(reference, {0, 0, width, height});
+  test.image.left = reference.image.left;
+  test.image.top = reference.image.top;
   match(test, reference, options.selection);
   write_image(draw_map(MapKind::difference, test, reference, {0, 0, width, height}), options.map);
 }
@@ -252,6 +254,7 @@ Result judge_files(const Options& options) {
   const auto [test_part, reference_part] = name_on_each_side(options.part);
   Picture test = read_side(options, "test", test_part);
   Picture reference = read_side(options, "reference", reference_part);
+  leave_out_overscan(test, reference);
   if (!options.other_scene) refuse_other_scenes(test, reference);
   if (!options.map.empty() && !have_one_size(test.image, reference.image)) {
     draw_sizes(options, test, reference);

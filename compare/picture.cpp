@@ -70,18 +70,17 @@ Image read_parts(const std::string& file, const std::string& wanted, Integers in
   return image;
 }
 
-void check_sizes(const Picture& test, const Picture& reference) {
-  const Image& a = test.image;
-  const Image& b = reference.image;
-  if (a.width != b.width || a.height != b.height) {
-    throw ImageError(fmt::format("the test has {} x {} pixels, the reference {} x {}", a.width,
-                                 a.height, b.width, b.height));
-  }
-  if (a.left == b.left && a.top == b.top) return;
+// Its size, and where it lies.
+std::string frame(const Image& image) {
+  return fmt::format("{} x {} pixels at {},{}", image.width, image.height, image.left, image.top);
+}
+
+void check_frames(const Picture& test, const Picture& reference) {
+  if (frame(test.image) == frame(reference.image)) return;
   throw ImageError(
-      fmt::format("the test is of another place: its first pixel is {},{}, the "
-                  "reference's {},{}",
-                  a.left, a.top, b.left, b.top));
+      fmt::format("the test shows {}, the reference {}: one has to be rendered or cut "
+                  "anew, in the other's window",
+                  frame(test.image), frame(reference.image)));
 }
 
 // `all` gets another replicate of each value of the picture.
@@ -276,7 +275,7 @@ std::pair<std::string, std::string> name_on_each_side(const std::string& text) {
 }
 
 Names match(Picture& test, Picture& reference, const Selection& selection) {
-  check_sizes(test, reference);
+  check_frames(test, reference);
   std::optional<std::pair<std::string, std::string>> layers;
   if (selection.layer) layers = name_on_each_side(*selection.layer);
   std::vector<std::pair<std::string, std::string>> pairs;
@@ -315,19 +314,38 @@ Names match(Picture& test, Picture& reference, const Names& wanted, bool negativ
   return match(test, reference, {.channels = colours, .negative = negative});
 }
 
-void enlarge(Picture& picture, int width, int height) {
-  const Image small = std::move(picture.image);
-  Image& image = picture.image = {width, height, small.channels, {}, small.provenance};
-  const size_t stride = image.channels.size(), row = size_t(small.width) * stride;
-  image.values.resize(size_t(width) * size_t(height) * stride);
-  for (int y = 0; y < small.height; ++y) {
-    std::copy_n(&small.values[size_t(y) * row], row, &image.values[image.pixel(0, y) * stride]);
+void reframe(Picture& picture, const Window& w) {
+  Image& image = picture.image;
+  const size_t stride = image.channels.size();
+  const auto row = size_t(std::min(w.width, image.width - w.x)) * stride;
+  for (std::vector<float>* values : {&image.values, &picture.file_variances}) {
+    if (values->empty()) continue;
+    std::vector<float> framed(size_t(w.width) * size_t(w.height) * stride);
+    for (int y = 0; y < std::min(w.height, image.height - w.y); ++y) {
+      std::copy_n(&(*values)[image.pixel(w.x, w.y + y) * stride], row,
+                  &framed[size_t(y) * size_t(w.width) * stride]);
+    }
+    *values = std::move(framed);
   }
-  picture.file_variances.clear();
+  image.width = w.width;
+  image.height = w.height;
+  image.left += w.x;
+  image.top += w.y;
+}
+
+void leave_out_overscan(Picture& test, Picture& reference) {
+  if (frame(test.image) == frame(reference.image)) return;
+  for (Picture* picture : {&test, &reference}) {
+    const Window& display = picture->image.display;
+    if (display.width == picture->image.width && display.height == picture->image.height) continue;
+    reframe(*picture, display);
+    picture->image.notes.emplace_back(
+        "What lies outside of that was left out, as the other picture has another frame.");
+  }
 }
 
 void keep_only(Picture& test, Picture& reference, const Window& w, const Regions& regions) {
-  check_sizes(test, reference);
+  check_frames(test, reference);
   const bool is_whole =
       w.x == 0 && w.y == 0 && w.width == test.image.width && w.height == test.image.height;
   if (is_whole && regions.of_pixel.empty()) return;

@@ -107,11 +107,6 @@ std::vector<std::string> match(Picture& test, Picture& reference, const Selectio
 std::vector<std::string> match(Picture& test, Picture& reference,
                                const std::vector<std::string>& wanted, bool negative);
 
-// The pixels x to x + width - 1 and y to y + height - 1; y points down.
-struct Window {
-  int x = 0, y = 0, width = 0, height = 0;
-};
-
 struct Regions {
   std::vector<std::string> names;
   std::vector<int> of_pixel;   // the index of its region's name, or -1; empty without any regions
@@ -123,8 +118,12 @@ struct Regions {
   }
 };
 
-// Makes a picture larger, with black to its right and below.
-void enlarge(Picture& picture, int width, int height);
+// Makes a picture one of this window, which begins in it; black where it has no pixels.
+void reframe(Picture& picture, const Window& window);
+
+// Unless both have the same frame, leaves out what lies outside the display windows, and notes
+// that.
+void leave_out_overscan(Picture& test, Picture& reference);
 
 // Blackens on both sides what is not compared, so that no bad value there counts: pixels outside
 // the window, or that the regions don't hold. Throws ImageError if sizes differ.

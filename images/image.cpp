@@ -85,9 +85,9 @@ void note_place(StoredImage& stored, const PixelWindow& frame) {
         data.height, data.x - frame.x, data.y - frame.y, frame.width, frame.height));
   }
   if (frame != display) {
-    notes.push_back(fmt::format(
-        "It reaches beyond its display window, which is {} x {} at {},{}; all of it is taken.",
-        display.width, display.height, display.x - frame.x, display.y - frame.y));
+    notes.push_back(fmt::format("It reaches beyond its display window, which is {} x {} at {},{}.",
+                                display.width, display.height, display.x - frame.x,
+                                display.y - frame.y));
   }
   if (stored.orientation != 1) {
     notes.push_back(fmt::format("It was turned upright from orientation {}.", stored.orientation));
@@ -103,8 +103,14 @@ void place(StoredImage& stored) {
   const bool swaps = stored.orientation >= 5;
   image.width = static_cast<int>(swaps ? frame.height : frame.width);
   image.height = static_cast<int>(swaps ? frame.width : frame.height);
-  image.left = static_cast<int>(frame.x);
-  image.top = static_cast<int>(frame.y);
+  const int64_t left = stored.display.x - frame.x, top = stored.display.y - frame.y;
+  const auto [x0, y0] = turn(left, top, frame, stored.orientation);
+  const auto [x1, y1] = turn(left + stored.display.width - 1, top + stored.display.height - 1,
+                             frame, stored.orientation);
+  image.display = {int(std::min(x0, x1)), int(std::min(y0, y1)), int(std::abs(x1 - x0)) + 1,
+                   int(std::abs(y1 - y0)) + 1};
+  image.left = static_cast<int>(stored.display.x) - image.display.x;
+  image.top = static_cast<int>(stored.display.y) - image.display.y;
   if (frame == stored.data && stored.orientation == 1) return;
   const size_t count = image.channels.size();
   std::vector<float> placed(size_t(image.width) * size_t(image.height) * count);

@@ -13,6 +13,11 @@
 
 namespace plumb {
 
+// The pixels x to x + width - 1 and y to y + height - 1; y points down.
+struct Window {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
 // A value per channel and pixel; rows from the top, channels interleaved. What was read is linear,
 // has the primaries of Rec. 709, and colours are multiplied by alpha.
 struct Image {
@@ -29,6 +34,7 @@ struct Image {
   std::vector<std::string> notes = {};        // what was converted or assumed, a sentence each
   bool is_converted = false;  // from other primaries: colours that Rec. 709 lacks are negative
   int left = 0, top = 0;      // where the first pixel lies in the coordinates of the file's windows
+  Window display = {};        // what the file shows; what lies around it is overscan
 
   // The number of a pixel.
   size_t pixel(int x, int y) const { return size_t(y) * size_t(width) + size_t(x); }

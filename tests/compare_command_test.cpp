@@ -141,6 +141,40 @@ TEST_F(CompareCommand, OtherSizeOrChannelsAreTrouble) {
   EXPECT_EQ(compare("rga.exr clean.exr --channels R,B").exit_code, trouble);
 }
 
+TEST_F(CompareCommand, OtherDisplayWindowsAreTroubleThatNamesBoth) {
+  const Image small{20, 12, clean.channels, std::vector<float>(20 * 12 * 3, 0.5F), {}};
+  write_image(small, folder / "small.exr");
+  const Result result = compare("small.exr clean.exr");
+  EXPECT_EQ(result.exit_code, trouble);
+  EXPECT_TRUE(contains(result.output, "shows 20 x 12 pixels at 0,0, the reference 32 x 24 pixels"));
+}
+
+TEST_F(CompareCommand, OverscanIsLeftOutIfTheOtherPictureHasLess) {
+  const auto store = [&](const std::string& name, int border, float around) {
+    OIIO::ImageSpec spec(32 + 2 * border, 24 + 2 * border, 3, OIIO::TypeDesc::FLOAT);
+    spec.x = spec.y = -border;
+    spec.full_width = 32;
+    spec.full_height = 24;
+    std::vector<float> values(spec.image_pixels() * 3, around);
+    for (int y = 0; y < 24; ++y) {
+      std::copy_n(&clean.values[size_t(y) * 32 * 3], 32 * 3,
+                  &values[size_t((y + border) * spec.width + border) * 3]);
+    }
+    const auto output = OIIO::ImageOutput::create("x.exr");
+    ASSERT_TRUE(output->open((folder / name).string(), spec));
+    ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, values.data()) && output->close());
+  };
+  store("little.exr", 2, 1.0F);
+  store("much.exr", 5, 2.0F);
+  store("other.exr", 5, 3.0F);
+  for (const char* pair : {"much.exr clean.exr", "clean.exr much.exr", "much.exr little.exr"}) {
+    const Result result = compare(std::string(pair) + " --tolerance 0");
+    EXPECT_EQ(result.exit_code, same) << pair << result.output;
+    EXPECT_TRUE(contains(result.output, "outside of that was left out")) << result.output;
+  }
+  EXPECT_EQ(compare("much.exr other.exr --tolerance 0").exit_code, different);
+}
+
 // Channels
 
 // The clean picture with other channels, which have the same value everywhere.

@@ -92,7 +92,21 @@ TEST_F(StoredImageTest, WhatLiesOutsideTheDisplayWindowIsKept) {
   EXPECT_EQ(image.left, -1);
   EXPECT_EQ(image.top, 0);
   EXPECT_EQ(image.values, (Values{1, 2, 3, 0, 0, 0}));
+  EXPECT_EQ(image.display.x, 1);
+  EXPECT_EQ(image.display.width, 2);
   EXPECT_TRUE(has_note(image, "beyond its display window"));
+}
+
+TEST_F(StoredImageTest, ThePlaceOfTheDisplayWindowStaysWhenItIsTurned) {
+  for (const auto& [orientation, x, width] : {std::array{1, 1, 2}, {2, 0, 2}, {6, 0, 2}}) {
+    OIIO::ImageSpec spec = in_display(-1, 0, 3, 2, 2, 2);
+    spec.attribute("Orientation", orientation);
+    const Image image = read_image(store("turned.exr", spec, {1, 2, 3, 4, 5, 6}));
+    EXPECT_EQ(image.display.x, x) << orientation;
+    EXPECT_EQ(image.display.width, width) << orientation;
+    EXPECT_EQ(image.left + image.display.x, 0) << orientation;
+    EXPECT_EQ(image.top + image.display.y, 0) << orientation;
+  }
 }
 
 TEST_F(StoredImageTest, AFrameThatDoesNotBeginAtZeroIsToldAndWrittenAgain) {
