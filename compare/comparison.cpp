@@ -206,7 +206,7 @@ class Judge {
         const auto finding = judge_pixel(x, y, critical);
         different += finding.has_value();
         beyond_limit += finding && finding->is_beyond_limit;
-        if (finding) keep(*finding, worst);
+        if (finding && is_among_clearest(*finding, worst)) keep(*finding, worst);
       }
       const std::lock_guard lock(mutex);
       level.different += different;
@@ -343,7 +343,7 @@ class Judge {
       for (const int radius : {0, neighbourhood}) {
         estimate.margin = margin(x, y, c, radius, critical);
         judge.judge(estimate);
-        if (estimate.verdict != Verdict::different) break;
+        if (estimate.verdict != Verdict::different || !knows_noise_[c]) break;
       }
       if (estimate.verdict != Verdict::different) continue;
       const bool is_beyond_limit =

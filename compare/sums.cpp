@@ -18,11 +18,7 @@ int block_rows(const Window& window) { return (window.height + block_side - 1) /
 
 }  // namespace
 
-PixelPair pixel_pair(const Picture& test, const Picture& reference, size_t pixel, size_t channel) {
-  if (channel < test.channel_count()) {
-    return {test.value(pixel, channel), reference.value(pixel, channel),
-            test.variance(pixel, channel), reference.variance(pixel, channel)};
-  }
+PixelPair mean_pair(const Picture& test, const Picture& reference, size_t pixel) {
   PixelPair sum;
   for (size_t c = 0; c < test.averaged; ++c) {
     const PixelPair pair = pixel_pair(test, reference, pixel, c);

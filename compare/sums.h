@@ -20,7 +20,13 @@ struct PixelPair {
   double test = 0, reference = 0, test_variance = 0, reference_variance = 0;
   double difference() const { return test - reference; }
 };
-PixelPair pixel_pair(const Picture& test, const Picture& reference, size_t pixel, size_t channel);
+PixelPair mean_pair(const Picture& test, const Picture& reference, size_t pixel);
+inline PixelPair pixel_pair(const Picture& test, const Picture& reference, size_t pixel,
+                            size_t channel) {
+  if (channel >= test.channel_count()) return mean_pair(test, reference, pixel);
+  return {test.value(pixel, channel), reference.value(pixel, channel),
+          test.variance(pixel, channel), reference.variance(pixel, channel)};
+}
 
 // Sums over pixels, with x the test, r the reference, V their variances.
 struct Pool {
