@@ -60,6 +60,24 @@ void append(Image& whole, const Image& part, const std::string& name) {
   }
 }
 
+// Channels of pbrt's film `gbuffer` and of Mitsuba's integrator `moment`, which tell how single
+// samples scatter, but not how the picture does. pbrt's are of what its sensor saw before that
+// became R, G and B, and of samples that met a surface; Mitsuba's are of X, Y and Z, filtered, of a
+// number of samples that the file does not tell.
+bool tells_noise_of_samples(const std::string& channel) {
+  constexpr std::string_view beginnings[] = {"Variance.", "RelativeVariance.", "m2_"};
+  return std::ranges::any_of(beginnings, [&](auto text) { return channel.starts_with(text); });
+}
+
+void note_noise_of_samples(Image& image) {
+  Names names = image.channels;
+  std::erase_if(names, [](const auto& name) { return !tells_noise_of_samples(name); });
+  if (names.empty()) return;
+  image.notes.push_back(
+      fmt::format("{} tell of samples, not of how noisy the mean is: they were left out.",
+                  fmt::join(names, " ")));
+}
+
 // All parts, or the wanted one.
 Image read_parts(const std::string& file, const std::string& wanted, Integers integers) {
   Image image = read_image(file, wanted, integers);
@@ -233,6 +251,7 @@ Picture to_picture(const std::string& side, Image image, std::optional<int> repl
 Picture read_picture(const std::string& side, const Names& files, const std::string& part,
                      Integers integers) {
   Picture picture = to_picture(side, read_parts(files.front(), part, integers));
+  note_noise_of_samples(picture.image);
   if (files.size() == 1) return picture;
   picture.degrees_of_freedom = static_cast<double>(files.size()) - 1.0;
   std::vector<Replicates<float>> all(picture.image.values.size());
@@ -247,9 +266,8 @@ Picture read_picture(const std::string& side, const Names& files, const std::str
 }
 
 bool tells_noise(const std::string& channel) {
-  constexpr std::string_view beginnings[] = {"variance.", "replicate", "Variance.",
-                                             "RelativeVariance."};
-  return std::ranges::any_of(beginnings, [&](auto text) { return channel.starts_with(text); });
+  return channel.starts_with("variance.") || channel.starts_with("replicate") ||
+         tells_noise_of_samples(channel);
 }
 
 std::string layer_of(const std::string& channel) {

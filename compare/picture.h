@@ -80,7 +80,8 @@ enum class ChannelKind { colour, alpha, data };
 // The kind of a channel of the picture that has all of these, by the last part of its name.
 ChannelKind kind_of(const std::string& channel, const std::vector<std::string>& all);
 
-// Whether a channel holds no picture but how noisy one is, in this renderer's files or in pbrt's.
+// Whether a channel holds no picture but how noisy one is, in this renderer's files, pbrt's or
+// Mitsuba's.
 bool tells_noise(const std::string& channel);
 
 // What stands before the last dot of a channel's name: "diffuse" for "diffuse.R", "" for "R".

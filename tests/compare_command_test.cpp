@@ -247,6 +247,15 @@ TEST_F(CompareCommand, ChannelsOfNoiseAloneAreTrouble) {
 
 // What is not compared
 
+TEST_F(CompareCommand, NoiseOfSingleSamplesIsNamedAndLeftOut) {
+  write_image(with(clean, {{"Variance.R", 1}, {"m2_image.X", 1}}), folder / "a.exr");
+  write_image(with(clean, {{"Variance.R", 2}, {"m2_image.X", 2}}), folder / "b.exr");
+  const Result result = compare("a.exr b.exr --tolerance 0");
+  EXPECT_EQ(result.exit_code, same) << result.output;
+  EXPECT_TRUE(contains(result.output, "Variance.R m2_image.X tell of samples")) << result.output;
+  EXPECT_TRUE(contains(result.output, "noise not known"));
+}
+
 TEST_F(CompareCommand, BadValuesOutsideOfCropAndRegionsDontCount) {
   Image bad = clean;
   bad.values[0] = std::numeric_limits<float>::infinity();
