@@ -198,14 +198,21 @@ void write_text(const std::string& text, const std::string& file) {
   write_file(file, text);
 }
 
-void write_reports(const Options& options, const std::string& json, const std::string& report) {
+struct Result {
+  Verdict verdict;
+  std::string explanation, report;
+  nlohmann::ordered_json json = {};
+  std::string update = {};  // a line that names the file that was written
+};
+
+void write_reports(const Options& options, const Result& result) {
   std::string picture;  // for Markdown, as seen from its file
   if (!options.map.empty() && !options.markdown.empty()) {
     const fs::path folder = fs::absolute(options.markdown).parent_path();
     picture = fmt::format("\n![map]({})\n", fs::proximate(options.map, folder).string());
   }
-  write_text(report + picture, options.markdown);
-  write_text(json, options.json);
+  write_text(result.report + picture, options.markdown);
+  write_text(result.json.dump(2) + "\n", options.json);
 }
 
 // Takes the floors that the card beside the reference states, if there is one; says so in a line.
@@ -219,12 +226,6 @@ std::string take_floors_of_card(const std::string& reference, Judgement& judgeme
       "card.json\n",
       100.0 * floors->image.value, 100.0 * floors->region.value);
 }
-
-struct Result {
-  Verdict verdict;
-  std::string explanation, report;
-  std::string update = {};  // a line that names the file that was written
-};
 
 Picture read_side(const Options& options, const std::string& side, const std::string& part) {
   const bool is_test = side == "test";
@@ -249,7 +250,7 @@ bool have_one_size(const Image& a, const Image& b) {
   return a.width == b.width && a.height == b.height;
 }
 
-// Compares, and writes all files that are asked for.
+// Compares, and draws the map.
 Result judge_files(const Options& options) {
   const auto [test_part, reference_part] = name_on_each_side(options.part);
   Picture test = read_side(options, "test", test_part);
@@ -290,12 +291,62 @@ Result judge_files(const Options& options) {
                             test.samples_per_pixel(),
                             test.left_out,
                             reference.left_out};
-  const std::string report = to_text(comparison, files);
-  write_reports(options, to_json(comparison, files).dump(2) + "\n", report);
   if (!options.map.empty()) {
     write_image(draw_map(options.map_kind, test, reference, window, comparison.flip), options.map);
   }
-  return {comparison.verdict, explain(comparison, files) + files.notes, report};
+  return {comparison.verdict, explain(comparison, files) + files.notes, to_text(comparison, files),
+          to_json(comparison, files)};
+}
+
+std::vector<std::string> parts_of(const std::string& file) {
+  const Image first = read_image(file);
+  std::vector<std::string> names = first.other_parts;
+  names.insert(names.begin(), first.part);
+  return names;
+}
+
+// Compares parts with frames of their own each for itself. The gravest verdict is that of all.
+Result judge_parts(const Options& options, const FramesError& error) {
+  const std::vector<std::string> parts = parts_of(options.test);
+  if (parts != parts_of(options.reference) || options.crop || !options.regions.empty() ||
+      !options.map.empty()) {
+    throw error;
+  }
+  const auto gravity = [](Verdict verdict) {
+    return verdict == Verdict::different ? 2 : verdict == Verdict::inconclusive ? 1 : 0;
+  };
+  Result all{Verdict::same, "", ""};
+  auto numbers = nlohmann::ordered_json::object();
+  for (const std::string& part : parts) {
+    Options own = options;
+    own.part = part;
+    Result result;
+    try {
+      result = judge_files(own);
+    } catch (const ImageError& trouble) {
+      throw ImageError(fmt::format("part {}: {}", part, trouble.what()));
+    }
+    if (all.explanation.empty() || gravity(result.verdict) > gravity(all.verdict)) {
+      all.verdict = result.verdict;
+      const std::string verdict = to_string(result.verdict);
+      all.explanation =
+          fmt::format("{}: in part {}{}", verdict, part, result.explanation.substr(verdict.size()));
+    }
+    all.report += fmt::format("Part {}: {}\n", part, result.report);
+    numbers[part] = std::move(result.json);
+  }
+  all.report += all.explanation.substr(0, all.explanation.find('\n') + 1);
+  all.json = to_json(all.verdict, all.explanation, {options.test, options.reference, ""});
+  all.json["parts"] = std::move(numbers);
+  return all;
+}
+
+Result judge(const Options& options) {
+  try {
+    return judge_files(options);
+  } catch (const FramesError& error) {
+    return judge_parts(options, error);
+  }
 }
 
 // Writes the new reference, and says so in a line.
@@ -314,11 +365,12 @@ Result compare_files(const Options& options) {
   if (options.reference.empty()) throw std::invalid_argument("TEST and REFERENCE are required");
   Result result{Verdict::trouble, "", ""};
   try {
-    result = judge_files(options);
+    result = judge(options);
+    write_reports(options, result);
   } catch (const std::exception& error) {
     const ComparedFiles files{options.test, options.reference, ""};
-    write_text(options.json.empty() ? "" : trouble_to_json(error.what(), files).dump(2) + "\n",
-               options.json);
+    const auto json = to_json(Verdict::trouble, error.what(), files);
+    write_text(options.json.empty() ? "" : json.dump(2) + "\n", options.json);
     if (!options.update || dynamic_cast<const ImageError*>(&error) == nullptr) throw;
     result.explanation = result.report = fmt::format("trouble: {}\n", error.what());
   }

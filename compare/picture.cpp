@@ -36,12 +36,16 @@ Names without(Names names, const Names& others) {
   return names;
 }
 
+// Its size, and where it lies.
+std::string frame(const Image& image) {
+  return fmt::format("{} x {} pixels at {},{}", image.width, image.height, image.left, image.top);
+}
+
 // `whole` gets the channels of a further part.
 void append(Image& whole, const Image& part, const std::string& name) {
-  if (part.width != whole.width || part.height != whole.height) {
-    throw ImageError(
-        fmt::format("part {} has {} x {} pixels, the first {} x {}: --part chooses one", name,
-                    part.width, part.height, whole.width, whole.height));
+  if (frame(part) != frame(whole)) {
+    throw FramesError(fmt::format("part {} has {}, part {} {}: --part {} chooses one", whole.part,
+                                  frame(whole), name, frame(part), whole.part));
   }
   const size_t stride = whole.channels.size(), more = part.channels.size();
   std::vector<float> values;
@@ -86,11 +90,6 @@ Image read_parts(const std::string& file, const std::string& wanted, Integers in
     append(image, read_image(file, part, integers), part);
   }
   return image;
-}
-
-// Its size, and where it lies.
-std::string frame(const Image& image) {
-  return fmt::format("{} x {} pixels at {},{}", image.width, image.height, image.left, image.top);
 }
 
 void check_frames(const Picture& test, const Picture& reference) {

@@ -66,10 +66,17 @@ constexpr double enough_samples = 16;
 // the image's metadata may tell; else two are assumed. There are no more replicates than samples.
 Picture to_picture(const std::string& side, Image image, std::optional<int> replicates = {});
 
+// Parts of one file that have no common frame.
+class FramesError : public ImageError {
+ public:
+  using ImageError::ImageError;
+};
+
 // Reads a picture. Several files are renders of the same scene with different seeds and equally
 // many samples: the picture is their mean, and their scatter is its noise. `part` is the same as in
 // read_image(); if it is empty, the channels of all parts are read, those of further parts by names
-// such as "depth.Z", with the part's name or, without one, its number. Throws ImageError.
+// such as "depth.Z", with the part's name or, without one, its number. Throws FramesError if these
+// have other frames than the first, and ImageError.
 Picture read_picture(const std::string& side, const std::vector<std::string>& files,
                      const std::string& part, Integers integers = Integers::linear);
 

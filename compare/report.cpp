@@ -252,12 +252,12 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
 
 }  // namespace
 
-Json trouble_to_json(const std::string& reason, const ComparedFiles& files) {
+Json to_json(Verdict verdict, const std::string& explanation, const ComparedFiles& files) {
   return {{"plumbline", PLUMB_VERSION},
           {"test", files.test},
           {"reference", files.reference},
-          {"verdict", to_string(Verdict::trouble)},
-          {"explanation", reason}};
+          {"verdict", to_string(verdict)},
+          {"explanation", explanation}};
 }
 
 std::string explain(const Comparison& comparison, const ComparedFiles& files) {
@@ -285,18 +285,13 @@ std::string to_text(const Comparison& comparison, const ComparedFiles& files) {
 }
 
 Json to_json(const Comparison& comparison, const ComparedFiles& files) {
-  Json json = {
-      {"plumbline", PLUMB_VERSION},
-      {"test", files.test},
-      {"reference", files.reference},
-      {"verdict", to_string(comparison.verdict)},
-      {"explanation", explain(comparison, files)},
-      {"knowsNoise", comparison.knows_noise},
-      {"paired", comparison.is_paired},
-      {"samplesFactor", number(comparison.samples_factor)},
-      {"window", to_json(comparison.window)},
-      {"fireflies",
-       {{"pixels", comparison.fireflies}, {"without", to_json(comparison.without_fireflies)}}}};
+  Json json = to_json(comparison.verdict, explain(comparison, files), files);
+  json["knowsNoise"] = comparison.knows_noise;
+  json["paired"] = comparison.is_paired;
+  json["samplesFactor"] = number(comparison.samples_factor);
+  json["window"] = to_json(comparison.window);
+  json["fireflies"] = {{"pixels", comparison.fireflies},
+                       {"without", to_json(comparison.without_fireflies)}};
   if (const auto& flip = comparison.flip) {
     json["flip"] = {{"mean", flip->mean},
                     {"kind", to_string(flip->kind)},

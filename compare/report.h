@@ -22,8 +22,9 @@ struct ComparedFiles {
 std::string to_text(const Comparison& comparison, const ComparedFiles& files);
 nlohmann::ordered_json to_json(const Comparison& comparison, const ComparedFiles& files);
 
-// If they could not be compared.
-nlohmann::ordered_json trouble_to_json(const std::string& reason, const ComparedFiles& files);
+// The outcome alone, such as trouble.
+nlohmann::ordered_json to_json(Verdict verdict, const std::string& explanation,
+                               const ComparedFiles& files);
 
 // A line with the verdict and its reason, and a line that tells which errors would have been found.
 std::string explain(const Comparison& comparison, const ComparedFiles& files);

@@ -322,6 +322,36 @@ TEST_F(CompareCommand, PartsAreChosenByNameOrNumber) {
   EXPECT_NE(result.output.find("0 'other', 1 'beauty'"), std::string::npos) << result.output;
 }
 
+// A TIFF of the clean picture and a thumbnail of 8 x 6 pixels of this value.
+void store_with_thumbnail(const fs::path& file, const Image& clean, float value) {
+  const OIIO::ImageSpec specs[] = {{32, 24, 3, OIIO::TypeDesc::FLOAT},
+                                   {8, 6, 3, OIIO::TypeDesc::FLOAT}};
+  const std::vector<float> thumbnail(8 * 6 * 3, value);
+  const auto output = OIIO::ImageOutput::create("x.tif");
+  ASSERT_TRUE(output->open(file.string(), specs[0]));
+  ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, clean.values.data()));
+  ASSERT_TRUE(output->open(file.string(), specs[1], OIIO::ImageOutput::AppendSubimage));
+  ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, thumbnail.data()) && output->close());
+}
+
+TEST_F(CompareCommand, PartsOfOtherFramesAreComparedEachForItself) {
+  store_with_thumbnail(folder / "dark.tif", clean, 0.1F);
+  store_with_thumbnail(folder / "bright.tif", clean, 0.2F);
+  const Result result = compare("dark.tif dark.tif --json same.json");
+  EXPECT_EQ(result.exit_code, same) << result.output;
+  EXPECT_EQ(compare("dark.tif bright.tif --json different.json").exit_code, different);
+  const auto json = nlohmann::json::parse(text_of(folder / "different.json"));
+  EXPECT_EQ(json["verdict"], "different");
+  EXPECT_EQ(json["parts"]["0"]["verdict"], "same");
+  EXPECT_EQ(json["parts"]["1"]["verdict"], "different");
+  const Result map = compare("dark.tif bright.tif -o map.png");
+  EXPECT_EQ(map.exit_code, trouble);
+  EXPECT_TRUE(contains(map.output, "part 0 has 32 x 24 pixels at 0,0, part 1 8 x 6 pixels at 0,0"));
+  EXPECT_TRUE(contains(map.output, "--part 0 chooses one")) << map.output;
+  store_with_thumbnail(folder / "bad.tif", clean, -1);
+  EXPECT_TRUE(contains(compare("bad.tif dark.tif").output, "part 1: the test has 144 values"));
+}
+
 TEST_F(CompareCommand, CodesCanBeComparedAsTheyAreStored) {
   Image grey{32, 24, {"R", "G", "B"}, std::vector<float>(clean.values.size(), 0.5F), {}};
   write_image(grey, folder / "grey.png");
