@@ -8,6 +8,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <string_view>
 #include <utility>
 
 namespace plumb {
@@ -59,6 +63,28 @@ Provenance provenance_of(const OIIO::ImageSpec& spec) {
   return to_provenance(attributes);
 }
 
+// A PNG's own, which OpenImageIO doesn't tell. A profile stands above them.
+std::optional<Chromaticities> png_chromaticities(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  const auto number = [&] {
+    unsigned char b[4] = {};
+    stream.read(reinterpret_cast<char*>(b), 4);
+    return uint32_t{b[0]} << 24 | uint32_t{b[1]} << 16 | uint32_t{b[2]} << 8 | b[3];
+  };
+  std::optional<Chromaticities> found;
+  std::string chunk(4, ' ');
+  for (std::streamoff next = 8; stream.seekg(next);) {
+    next += 12 + std::streamoff{number()};
+    if (!stream.read(chunk.data(), 4) || chunk == "IDAT") return found;
+    if (chunk == "iCCP" || chunk == "sRGB") return std::nullopt;
+    if (chunk != "cHRM") continue;
+    found.emplace();
+    for (float& x : *found) x = float(number()) / 1e5F;
+    std::ranges::rotate(*found, found->begin() + 2);  // from white, red, green, blue
+  }
+  return found;
+}
+
 StoredImage read_header(const OIIO::ImageSpec& spec) {
   StoredImage stored;
   Image& image = stored.image;
@@ -81,7 +107,8 @@ StoredImage read_header(const OIIO::ImageSpec& spec) {
     const std::string_view bytes(static_cast<const char*>(profile->data()),
                                  static_cast<size_t>(profile->datasize()));
     if (bytes.find("sRGB") == std::string_view::npos) {
-      image.notes.emplace_back("The file's ICC profile was not applied.");
+      image.notes.emplace_back(
+          "Its ICC profile was not applied: its colours were taken as sRGB's.");
     }
   }
   return stored;
@@ -119,6 +146,7 @@ StoredImage read(const fs::path& file, const std::string& format, const std::str
   Image& image = stored.image;
   image.part = parts.part;
   image.other_parts = parts.other_parts;
+  if (format == "png" && !stored.chromaticities) stored.chromaticities = png_chromaticities(file);
   check_size(stored, file);
   image.values.resize(spec.image_pixels() * static_cast<size_t>(spec.nchannels));
   if (!input->read_image(input->current_subimage(), 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT,

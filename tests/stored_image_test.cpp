@@ -245,6 +245,36 @@ TEST_F(StoredImageTest, RoundedPrimariesOfRec709AreThoseOfRec709) {
   EXPECT_TRUE(image.notes.empty());
 }
 
+// The matrix from Rec. 2020 as Rec. ITU-R BT.2087 has it.
+TEST_F(StoredImageTest, PrimariesOfAPngBecomeThoseOfRec709) {
+  OIIO::ImageSpec spec(1, 1, 3, OIIO::TypeDesc::UINT16);
+  spec.attribute("oiio:ColorSpace", "linear");
+  const fs::path file = store("rec2020.png", spec, {1, 0, 0});
+  std::ifstream stream(file, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  const char chunk[] =
+      "\0\0\0\x20"
+      "cHRM"
+      "\x00\x00\x7a\x26\x00\x00\x80\x84"
+      "\x00\x01\x14\x90\x00\x00\x72\x10"
+      "\x00\x00\x42\x68\x00\x01\x37\x54"
+      "\x00\x00\x33\x2c\x00\x00\x11\xf8"
+      "\x10\xb0\xf8\xa4";
+  bytes.insert(33, chunk, sizeof(chunk) - 1);  // after the signature and IHDR
+  std::ofstream(file, std::ios::binary) << bytes;
+  const Image image = read_image(file);
+  expect_near(image.values, {1.6605F, -0.1246F, -0.0182F}, 1e-3F);
+  EXPECT_TRUE(has_note(image, "red 0.708,0.292"));
+  EXPECT_FALSE(read_image(file, "", Integers::codes).is_converted);
+}
+
+TEST_F(StoredImageTest, AnIccProfileIsNotAppliedAndThatIsSaid) {
+  OIIO::ImageSpec spec(1, 1, 3, OIIO::TypeDesc::UINT8);
+  const std::string profile(200, 'P');
+  spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, 200), profile.data());
+  EXPECT_TRUE(has_note(read_image(store("p3.tif", spec, {1, 1, 1})), "Its ICC profile was not"));
+}
+
 TEST_F(StoredImageTest, LuminanceAndSubsampledChromaBecomeColours) {
   const std::string file = (folder / "chroma.exr").string();
   {
