@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
 #include <exception>
 #include <new>
 #include <stdexcept>
+#include <system_error>
 
 #include "cli/commands.h"
 
@@ -45,11 +46,13 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return run(argc, argv);
+    const int exit_code = run(argc, argv);
+    if (std::fflush(stdout) == 0) return exit_code;
+    throw std::system_error(errno, std::generic_category(), "standard output");
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "plumb: not enough memory\n");
+    std::fputs("plumb: not enough memory\n", stderr);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "plumb: {}\n", error.what());
+    std::fprintf(stderr, "plumb: %s\n", error.what());
   }
   return trouble;
 }

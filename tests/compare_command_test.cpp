@@ -397,6 +397,16 @@ TEST_F(CompareCommand, JsonTellsTroubleAndInfiniteNumbers) {
 
 // Noise and regions
 
+TEST_F(CompareCommand, AReportThatAFullDiskDoesNotHoldIsTrouble) {
+  if (!fs::is_character_file("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
+  for (const char* file : {"--json /dev/full", "--markdown /dev/full"}) {
+    const Result result = compare(std::string("clean.exr clean.exr ") + file);
+    EXPECT_EQ(result.exit_code, trouble);
+    EXPECT_TRUE(contains(result.output, "No space left on device")) << result.output;
+  }
+  EXPECT_EQ(compare("clean.exr clean.exr >/dev/full").exit_code, trouble);
+}
+
 TEST_F(CompareCommand, ReplicatesTellTheNoise) {
   for (int seed = 1; seed <= 3; ++seed) {
     Image image = clean;
