@@ -320,7 +320,7 @@ Result judge_parts(const Options& options, const FramesError& error) {
   for (const std::string& part : parts) {
     Options own = options;
     own.part = part;
-    Result result;
+    Result result{Verdict::trouble, "", ""};
     try {
       result = judge_files(own);
     } catch (const ImageError& trouble) {
