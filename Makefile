@@ -1,7 +1,7 @@
 # Builds, tests and renders with one word each; CMakeLists.txt does the work.
 
 # Debian's and Ubuntu's names.
-packages := g++ cmake ninja-build pkg-config libassimp-dev libboost-math-dev libcli11-dev libfmt-dev \
+packages := g++ cmake ninja-build pkg-config libboost-math-dev libcli11-dev libfmt-dev \
   libhwy-dev libimath-dev nlohmann-json3-dev libopenexr-dev libopenimageio-dev libpugixml-dev libtbb-dev \
   libtomlplusplus-dev libgtest-dev
 
@@ -55,7 +55,7 @@ help:
 deps:
 	@if ! command -v apt-get >/dev/null; then \
 	  echo "No apt-get here. Needed: a C++20 compiler, CMake 3.25, pkg-config and the libraries"; \
-	  echo "Assimp 5, OpenImageIO 2.4, OpenEXR 3.1, Imath 3.1, Highway, oneTBB, Boost.Math, fmt, pugixml, toml++,"; \
+	  echo "OpenImageIO 2.4, OpenEXR 3.1, Imath 3.1, Highway, oneTBB, Boost.Math, fmt, pugixml, toml++,"; \
 	  echo "nlohmann/json, CLI11 and GoogleTest. POV-Ray, Blender and OpenImageIO's tools render and"; \
 	  echo "show the references; gnuplot draws plots."; \
 	  exit 0; \

@@ -22,7 +22,6 @@ function(find_library_target target package module least_version)
   endif()
 endfunction()
 
-find_library_target(assimp::assimp assimp assimp 5.0)
 find_library_target(OpenImageIO::OpenImageIO OpenImageIO OpenImageIO 2.4)
 find_library_target(OpenEXR::OpenEXR OpenEXR OpenEXR 3.1)
 find_library_target(Imath::Imath Imath Imath 3.1)

@@ -5,6 +5,7 @@
 
 #include <fstream>
 #include <sstream>
+#include <system_error>
 
 #include "scene_files/file_source.h"
 #include "scene_files/scene_reader.h"
@@ -16,9 +17,19 @@ namespace fs = std::filesystem;
 
 class DiskFiles : public FileSource {
  public:
-  bool exists(const fs::path& path) const override { return fs::exists(path); }
-  bool is_file(const fs::path& path) const override { return fs::is_regular_file(path); }
+  explicit DiskFiles(const fs::path& scene) : scene_(scene) {}
+
+  bool exists(const fs::path& path) const override {
+    std::error_code too_long;
+    return fs::exists(path, too_long);
+  }
+  bool is_file(const fs::path& path) const override {
+    std::error_code too_long;
+    return fs::is_regular_file(path, too_long);
+  }
   std::string read(const fs::path& file) override {
+    // Devices have no end. The scene itself may come through a pipe.
+    if (file != scene_ && !is_file(file)) return "";
     std::ostringstream bytes;
     bytes << std::ifstream(file, std::ios::binary).rdbuf();
     sha1_.append(bytes.view().data(), bytes.view().size());
@@ -29,6 +40,7 @@ class DiskFiles : public FileSource {
   std::string hash() { return OIIO::Strutil::lower(sha1_.digest()); }
 
  private:
+  fs::path scene_;
   OIIO::SHA1 sha1_;
 };
 
@@ -41,7 +53,7 @@ std::string scene_name(const std::filesystem::path& file) {
 }  // namespace
 
 Scene read_scene(const fs::path& path) {
-  DiskFiles files;
+  DiskFiles files(path);
   Scene scene = read_scene(path, files);
   scene.name = scene_name(path);
   scene.hash = files.hash();

@@ -21,8 +21,9 @@ struct MeshFile {
 
 // The faces in `text`, which `file` holds. A quad that is flat and convex is one polygon; any other
 // face is the triangles 1-2-3, 1-3-4 and so on. Texture coordinates, groups and materials have no
-// effect. Throws SceneError: "box.obj:7: f 1 2 9: ...". read_obj() is our own, because the usual
-// libraries read `nan` and `1abc`, leave out unknown statements and store floats.
+// effect. Throws SceneError: "box.obj:7: f 1 2 9: ...". Both are our own, because the usual
+// libraries read `nan` and `1abc`, leave out unknown statements, store floats, and crash where a
+// file is damaged.
 MeshFile read_obj(const std::string& file, const std::string& text, const Imath::M44d& to_world);
 MeshFile read_ply(const std::string& file, const std::string& text, const Imath::M44d& to_world);
 

@@ -413,7 +413,72 @@ TEST_F(MeshFileTest, ReadsPly) {
     broken.replace(broken.find(from), std::string(from).size(), to);
     EXPECT_THROW(read_file("ply", broken), SceneError) << to;
   }
+  EXPECT_THROW(read_file("ply", text.substr(0, text.find("end_header"))), SceneError);
   EXPECT_THROW(read_file("ply", "version https://git-lfs.github.com/spec/v1\n"), SceneError);
+}
+
+// With other elements and properties before and between what counts.
+TEST_F(MeshFileTest, ReadsBinaryPlyInBothOrdersOfBytes) {
+  for (const bool is_big : {false, true}) {
+    std::string text = fmt::format(
+        "ply\r\nformat binary_{}_endian 1.0\ncomment element face 7\nelement mark 1\n"
+        "property list uchar short what\nelement vertex 3\nproperty double x\nproperty uint8 red\n"
+        "property float y\nproperty float z\nelement face 1\n"
+        "property list int32 ushort vertex_index\nend_header\n",
+        is_big ? "big" : "little");
+    const auto add = [&](auto number) {
+      std::string bytes(reinterpret_cast<const char*>(&number), sizeof number);
+      if (is_big) std::ranges::reverse(bytes);
+      text += bytes;
+    };
+    add(uint8_t{2}), add(int16_t{-1}), add(int16_t{5});
+    for (int i = 0; i < 3; ++i) add(i == 1 ? 0.1 : 0.0), add(uint8_t{9}), add(float(i)), add(0.5F);
+    add(int32_t{3}), add(uint16_t{2}), add(uint16_t{1}), add(uint16_t{0});
+    const Mesh faces = mesh(read_file("ply", text));
+    ASSERT_EQ(faces.size(), 1u);
+    EXPECT_EQ(faces[0].corners[1], Vec3(0.1, 1, 0.5));
+    EXPECT_THROW(read_file("ply", text.substr(0, text.size() - 1)), SceneError);
+  }
+}
+
+TEST_F(MeshFileTest, ReadsNormalsOfPly) {
+  const auto with_normals = [&](const std::string& normal) {
+    return read_file("ply",
+                     fmt::format("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                                 "property float y\nproperty float z\nproperty float nx\n"
+                                 "property float ny\nproperty float nz\nelement face 1\n"
+                                 "property list uchar int vertex_indices\nend_header\n"
+                                 "0 0 0 {0}\n1 0 0 {0}\n1 1 0 {0}\n3 0 1 2\n",
+                                 normal));
+  };
+  EXPECT_TRUE(with_normals("0 0 1").notes.empty());
+  EXPECT_THROW(with_normals("0.6 0 0.8"), SceneError);  // for smooth shading
+}
+
+TEST_F(MeshFileTest, RefusesFilesThatDoNotEndOrCannotBeNamed) {
+  for (const std::string& name : {std::string("/dev/zero"), std::string(5000, 'a')}) {
+    for (const std::string shape :
+         {R"(<shape type="obj"><string name="filename" value="{}"/></shape>)",
+          R"(<shape type="cube"><bsdf type="diffuse">
+             <spectrum name="reflectance" filename="{}"/></bsdf></shape>)",
+          R"(<include filename="{}"/>)"}) {
+      EXPECT_THROW(read_with_sensor(fmt::format(fmt::runtime(shape), name)), SceneError) << shape;
+    }
+  }
+}
+
+// Headers that announce what never comes must not be believed.
+TEST_F(MeshFileTest, RefusesWhatPlyHeadersClaim) {
+  for (const char* claim :
+       {"element vertex 18446744073709551615\n",
+        "element edge 18446744073709551615\nelement face 1\n",
+        "element face 1\nproperty list double int vertex_indices\n", "element vertex -1\nelement",
+        "property int x\n", "element vertex 1\nproperty list x\n"}) {
+    EXPECT_THROW(
+        read_file("ply", fmt::format("ply\nformat ascii 1.0\n{}end_header\n1e308 0", claim)),
+        SceneError)
+        << claim;
+  }
 }
 
 }  // namespace

@@ -22,7 +22,6 @@
 #include "renderer/render.h"
 #include "renderer/surfaces.h"
 #include "renderer/trace.h"
-#include "scene_files/mesh_reader.h"
 #include "scene_files/scene_reader.h"
 
 namespace plumb {
@@ -113,11 +112,6 @@ const Picture* find(int picture) {
 }
 
 }  // namespace
-
-// Assimp, which reads these files elsewhere, is not in the module.
-MeshFile read_ply(const std::string& file, const std::string&, const Imath::M44d&) {
-  throw SceneError(file + ": PLY files are not read on this page; OBJ files are");
-}
 
 }  // namespace plumb
 
