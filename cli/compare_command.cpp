@@ -25,6 +25,7 @@
 #include "compare/report.h"
 #include "compare/shared_samples.h"
 #include "compare/update.h"
+#include "images/printable.h"
 
 namespace plumb::cli {
 namespace {
@@ -285,8 +286,8 @@ Result judge_files(const Options& options) {
              flip(*options.flip, test, reference, window, regions, options.pixels_per_degree),
              judgement);
   }
-  const ComparedFiles files{options.test,
-                            options.reference,
+  const ComparedFiles files{printable(options.test),
+                            printable(options.reference),
                             notes(test) + notes(reference) + floor_note,
                             test.samples_per_pixel(),
                             test.left_out,
@@ -368,11 +369,12 @@ Result compare_files(const Options& options) {
     result = judge(options);
     write_reports(options, result);
   } catch (const std::exception& error) {
-    const ComparedFiles files{options.test, options.reference, ""};
-    const auto json = to_json(Verdict::trouble, error.what(), files);
+    const ComparedFiles files{printable(options.test), printable(options.reference), ""};
+    const std::string reason = printable(error.what(), LineEnds::kept);
+    const auto json = to_json(Verdict::trouble, reason, files);
     write_text(options.json.empty() ? "" : json.dump(2) + "\n", options.json);
     if (!options.update || dynamic_cast<const ImageError*>(&error) == nullptr) throw;
-    result.explanation = result.report = fmt::format("trouble: {}\n", error.what());
+    result.explanation = result.report = fmt::format("trouble: {}\n", reason);
   }
   if (options.update && result.verdict != Verdict::same) result.update = update(options);
   return result;

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "cli/commands.h"
+#include "images/printable.h"
 
 namespace {
 
@@ -52,7 +53,8 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     std::fputs("plumb: not enough memory\n", stderr);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "plumb: %s\n", error.what());
+    const std::string told = plumb::printable(error.what(), plumb::LineEnds::kept);
+    std::fprintf(stderr, "plumb: %s\n", told.c_str());
   }
   return trouble;
 }

@@ -10,6 +10,7 @@
 
 #include "cli/commands.h"
 #include "cli/names.h"
+#include "images/printable.h"
 #include "scene_files/scene_reader.h"
 
 namespace plumb::cli {
@@ -40,7 +41,7 @@ Scene load_scene(const SceneOptions& options) {
   Scene scene = read_scene(options.file);
   if (options.size) std::tie(scene.camera.width, scene.camera.height) = *options.size;
   if (options.bounces) scene.request.bounces = *options.bounces;
-  for (const std::string& note : scene.notes) fmt::print(stderr, "plumb: {}\n", note);
+  for (const std::string& note : scene.notes) fmt::print(stderr, "plumb: {}\n", printable(note));
   if (std::ranges::none_of(scene.shapes, &Shape::is_lamp)) {
     fmt::print(stderr, "plumb: warning: {}: no lamp, the picture will be black\n", options.file);
   }

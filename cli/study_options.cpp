@@ -10,6 +10,7 @@
 
 #include "cli/names.h"
 #include "compare/shared_samples.h"
+#include "images/printable.h"
 
 namespace plumb::cli {
 namespace {
@@ -37,7 +38,7 @@ void add_file(Study& study, const std::string& text, const StudyOptions& options
   if (label.series.empty()) {
     throw ImageError("doesn't tell what made it: say FILE=SERIES,SPP,SECONDS");
   }
-  label.file = file;
+  label.file = printable(file);
   add_picture(study, std::move(picture), label, options);
 }
 

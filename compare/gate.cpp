@@ -14,6 +14,8 @@
 #include <string_view>
 #include <tuple>
 
+#include "images/printable.h"
+
 namespace plumb {
 namespace {
 
@@ -46,7 +48,7 @@ Verdict parse_verdict(const toml::node& node) {
 GateEntry read_entry(const toml::table& table) {
   const std::string test = table["test"].value_or("");
   GateEntry entry;
-  entry.name = table["name"].value_or(test);
+  entry.name = printable(table["name"].value_or(test));
   if (const toml::node* expected = table.get("expect")) entry.expected = parse_verdict(*expected);
   entry.arguments = {test, table["reference"].value_or("")};
   for (const auto& [key, node] : table) {
@@ -80,7 +82,7 @@ std::vector<GateEntry> pair_folders(const std::filesystem::path& test,
   add_pictures(reference, names);
   std::vector<GateEntry> entries;
   for (const std::string& name : names) {
-    entries.push_back({.name = name, .arguments = {test / name, reference / name}});
+    entries.push_back({.name = printable(name), .arguments = {test / name, reference / name}});
   }
   if (entries.empty()) {
     throw std::runtime_error(
@@ -118,7 +120,8 @@ void run_entry(GateEntry& entry,
     std::tie(entry.verdict, entry.explanation) = compare(entry);
   } catch (const std::exception& error) {
     entry.verdict = Verdict::trouble;
-    entry.explanation = fmt::format("{}: {}\n", to_string(entry.verdict), error.what());
+    entry.explanation =
+        fmt::format("{}: {}\n", to_string(entry.verdict), printable(error.what(), LineEnds::kept));
   } catch (...) {
     entry.verdict = Verdict::trouble;
     entry.explanation = fmt::format("{}: unknown exception\n", to_string(entry.verdict));

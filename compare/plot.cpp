@@ -11,16 +11,17 @@
 #include <stdexcept>
 
 #include "images/output_file.h"
+#include "images/printable.h"
 
 namespace plumb {
 namespace {
 
 namespace fs = std::filesystem;
 
-// As gnuplot reads it literally.
+// As gnuplot reads it literally. A line's end would begin a command.
 std::string quoted(const std::string& text) {
   std::string result = "'";
-  for (const char c : text) result += c == '\'' ? "''" : std::string(1, c);
+  for (const char c : printable(text)) result += c == '\'' ? "''" : std::string(1, c);
   return result + "'";
 }
 

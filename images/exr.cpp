@@ -25,6 +25,7 @@
 #include <thread>
 #include <tuple>
 
+#include "images/printable.h"
 #include "images/provenance_attributes.h"
 
 namespace plumb {
@@ -215,7 +216,7 @@ StoredImage read_exr(const fs::path& file, const std::string& part) {
     std::vector<std::string> names;
     for (int i = 0; i < input.parts(); ++i) {
       const Imf::Header& header = input.header(i);
-      names.push_back(header.hasName() ? header.name() : std::to_string(i));
+      names.push_back(header.hasName() ? printable(header.name()) : std::to_string(i));
     }
     const int number = find_part(names, part, file);
     stored.image.part = names[size_t(number)];

@@ -19,6 +19,7 @@
 #include "images/linear_colours.h"
 #include "images/other_formats.h"
 #include "images/output_file.h"
+#include "images/printable.h"
 
 namespace plumb {
 namespace {
@@ -158,6 +159,7 @@ Image read_image(const fs::path& file, const std::string& part, Integers integer
         format == "exr" ? read_exr(file, part) : other_formats(file).read(file, format, part);
     if (integers == Integers::linear) make_linear(stored);
     place(stored);
+    for (std::string& name : stored.image.channels) name = printable(name);
     return std::move(stored.image);
   } catch (const ImageError&) {
     throw;

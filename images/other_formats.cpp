@@ -14,6 +14,8 @@
 #include <string_view>
 #include <utility>
 
+#include "images/printable.h"
+
 namespace plumb {
 namespace {
 
@@ -23,7 +25,7 @@ namespace fs = std::filesystem;
 void read_transfer(const OIIO::ImageSpec& spec, StoredImage& stored) {
   const std::string stated = spec.get_string_attribute("oiio:ColorSpace");
   const std::string name = OIIO::Strutil::lower(stated);
-  stored.transfer = stated;
+  stored.transfer = printable(stated);
   if (name == "srgb" || name == "srgb_rec709_scene") stored.transfer = "srgb";
   if (name == "rec709") stored.transfer = "rec709";
   if (name == "linear" || name == "lin_rec709_scene" || name == "lin_rec709" ||
@@ -119,7 +121,7 @@ void seek(OIIO::ImageInput& input, const std::string& part, const fs::path& file
   std::vector<std::string> names;
   for (int i = 0; input.seek_subimage(i, 0); ++i) {
     const std::string name = input.spec().get_string_attribute("name");
-    names.push_back(name.empty() ? std::to_string(i) : name);
+    names.push_back(name.empty() ? std::to_string(i) : printable(name));
   }
   const int number = find_part(names, part, file);
   input.seek_subimage(number, 0);

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "images/printable.h"
 #include "images/provenance_attributes.h"
 
 namespace plumb {
@@ -107,11 +108,19 @@ Provenance to_provenance(const Attributes& attributes) {
     for_each_field([&](const char* field, auto member, Of) {
       if (name != fmt::format("{}{}", prefix, field)) return;
       using Type = typename std::remove_reference_t<decltype(provenance.*member)>::value_type;
-      if (const auto* found = std::get_if<Type>(&value)) provenance.*member = *found;
+      const auto* found = std::get_if<Type>(&value);
+      if (found == nullptr) return;
+      if constexpr (std::is_same_v<Type, std::string>) {
+        const bool has_lines = field == std::string_view("sceneNotes");
+        provenance.*member = printable(*found, has_lines ? LineEnds::kept : LineEnds::escaped);
+      } else {
+        provenance.*member = *found;
+      }
     });
     if (!name.starts_with(region_prefix)) continue;
     if (const auto* region = std::get_if<std::string>(&value)) {
-      provenance.regions.emplace_back(name.substr(region_prefix.size()), *region);
+      provenance.regions.emplace_back(printable(name.substr(region_prefix.size())),
+                                      printable(*region));
     }
   }
   return provenance;

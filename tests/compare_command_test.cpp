@@ -127,6 +127,30 @@ TEST_F(CompareCommand, ChannelsMayHaveAnyName) {
   EXPECT_EQ(compare("odd.exr odd.exr --negative").exit_code, same);
 }
 
+// Whatever a file says steers no terminal and breaks no report.
+TEST_F(CompareCommand, NamesInFilesAreShownEscaped) {
+  Image image = clean;
+  image.channels = {"R", "G\x1b[2J", "B\xff\n"};
+  write_image(image, folder / "odd.exr");
+  const std::string shown = R"(G\x1b[2J)";
+  const auto is_plain = [](const std::string& text) {
+    return text.find('\x1b') == text.npos && text.find('\xff') == text.npos;
+  };
+  for (const std::string other : {"odd.exr", "clean.exr"}) {
+    const Result result = compare("odd.exr " + other + " --json odd.json");
+    EXPECT_TRUE(contains(result.output, shown) && is_plain(result.output)) << result.output;
+    const std::string json = nlohmann::json::parse(text_of(folder / "odd.json")).dump();
+    EXPECT_TRUE(contains(json, R"(G\\x1b[2J)")) << json;
+  }
+  EXPECT_TRUE(contains(compare("odd.exr odd.exr").output, R"(B\xff\x0a)"));
+  write_text(folder / "gate.toml",
+             "[[compare]]\ntest = 'odd.exr'\nreference = 'clean.exr'\nname = \"a\\u001B\"\n");
+  const Result gate = compare("--gate gate.toml --junit result.xml");
+  for (const std::string& text : {gate.output, text_of(folder / "result.xml")}) {
+    EXPECT_TRUE(contains(text, shown) && contains(text, R"(a\x1b)") && is_plain(text)) << text;
+  }
+}
+
 TEST_F(CompareCommand, OtherSizeOrChannelsAreTrouble) {
   Image image = clean;
   image.width = 24;

@@ -108,6 +108,18 @@ TEST_F(ConvergeCommand, ChartsWhatItFindsAndSaysWhatItCantUse) {
   EXPECT_EQ(untimed.exit_code, 0) << untimed.output;
 }
 
+// Who renders a picture names its renderer; gnuplot takes a line for a command.
+TEST_F(ConvergeCommand, NoPictureRunsCommands) {
+  ASSERT_EQ(plumb("render " + scene + " --size 32x32 --spp 4 -o other.exr").exit_code, 0);
+  Image image = read_image(folder / "other.exr");
+  image.provenance.renderer = "it's\n!touch owned\n";
+  write_image(image, folder / "other.exr");
+  const Result chart = plumb("chart other.exr --reference ref.exr -o a.svg");
+  EXPECT_TRUE(contains(chart.output, R"(it's\x0a!touch)")) << chart.output;
+  EXPECT_TRUE(fs::exists(folder / "a.svg")) << chart.output;
+  EXPECT_FALSE(fs::exists(folder / "owned"));
+}
+
 // README's own `plumb chart *.exr --reference box.exr` names the reference twice.
 TEST_F(ConvergeCommand, LeavesOutTheReferenceAndWhatSharesItsSamples) {
   ASSERT_EQ(plumb("render " + scene + " --size 32x32 --spp 4 --seed 9 -o half.exr").exit_code, 0);

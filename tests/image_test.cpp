@@ -2,6 +2,7 @@
 
 // What may be relied on about pictures in files.
 #include "images/image.h"
+#include "images/printable.h"
 
 #include <OpenImageIO/imageio.h>
 #include <fcntl.h>
@@ -168,6 +169,36 @@ TEST_F(ImageTest, ExrKeepsProvenance) {
                       .regions = {{"#000001", "lamp"}, {"#FFFFFF", "floor"}}};
   write_image(image, folder / "picture.exr");
   EXPECT_EQ(read_image(folder / "picture.exr").provenance, image.provenance);
+}
+
+TEST(Printable, IsAllThatIsSeenAndTheRestEscaped) {
+  for (const std::string seen : {"", "R", "größer °", "日本", "🎨", R"(C:\x)"}) {
+    EXPECT_EQ(printable(seen), seen);
+  }
+  EXPECT_EQ(printable("\x1b[31mred\x7f\t\r\n"), R"(\x1b[31mred\x7f\x09\x0d\x0a)");
+  EXPECT_EQ(printable(std::string("a\0b", 3)), R"(a\x00b)");
+  EXPECT_EQ(printable("a\nb\r", LineEnds::kept), "a\nb\\x0d");
+  EXPECT_EQ(printable("\xc2\x9b"), R"(\xc2\x9b)");  // what begins a terminal's commands, too
+  // No UTF-8: cut, too long, a surrogate, beyond the last character; and what XML can't hold.
+  for (const std::string wrong :
+       {"\xff", "\x80", "\xc3", "\xe6\x97", "\xc0\x80", "\xe0\x80\x80", "\xed\xa0\x80",
+        "\xf4\x90\x80\x80", "\xfc\x80\x80", "\xef\xbf\xbf"}) {
+    EXPECT_EQ(printable(wrong).size(), 4 * wrong.size()) << printable(wrong);
+  }
+}
+
+TEST_F(ImageTest, WhatFilesSayIsPrintable) {
+  Image image = noise(2, 2);
+  image.channels = {"R", "G", "B\x1b"};
+  image.provenance.renderer = "a\n\x1b";
+  image.provenance.scene_notes = "one\ntwo\x1b";
+  image.provenance.regions = {{"#000001", "lamp\xff"}};
+  write_image(image, folder / "picture.exr");
+  const Image read = read_image(folder / "picture.exr");
+  EXPECT_EQ(read.channels.back(), R"(B\x1b)");
+  EXPECT_EQ(read.provenance.renderer, R"(a\x0a\x1b)");
+  EXPECT_EQ(read.provenance.scene_notes, "one\ntwo\\x1b");
+  EXPECT_EQ(read.provenance.regions[0].second, R"(lamp\xff)");
 }
 
 TEST_F(ImageTest, StoredPicturesTellWhatTheyAre) {
