@@ -395,7 +395,14 @@ Regions read_regions(const std::filesystem::path& mask, int width, int height) {
   std::map<long, int> indices{{0, -1}};
   for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
     long colour = 0;
-    for (size_t c = 0; c < 3; ++c) colour = colour * 256 + std::lround(image.values[i + c] * 255);
+    for (size_t c = 0; c < 3; ++c) {
+      const float code = std::round(image.values[i + c] * 255);
+      if (!(code >= 0.0F && code <= 255.0F)) {
+        throw ImageError(fmt::format("{}: a mask's values are from 0 to 1, not {}", mask.string(),
+                                     image.values[i + c]));
+      }
+      colour = colour * 256 + static_cast<long>(code);
+    }
     const auto [entry, is_new] = indices.emplace(colour, static_cast<int>(regions.names.size()));
     if (is_new) {
       const std::string code = fmt::format("#{:06X}", colour);

@@ -10,6 +10,7 @@
 #include <ImfInputPart.h>
 #include <ImfIntAttribute.h>
 #include <ImfMultiPartInputFile.h>
+#include <ImfName.h>
 #include <ImfOutputFile.h>
 #include <ImfPartType.h>
 #include <ImfRgbaFile.h>
@@ -17,10 +18,13 @@
 #include <ImfStdIO.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
+#include <ImfVersion.h>
+#include <ImfXdr.h>
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <mutex>
 #include <thread>
 #include <tuple>
@@ -143,19 +147,48 @@ void read_header(const Imf::Header& header, StoredImage& stored) {
   image.encoding = type == Imf::FLOAT ? "float" : type == Imf::HALF ? "half" : "uint";
 }
 
-// OpenEXR doesn't notice a chunk that holds less than the header says. No run-length code and no
-// deflated data shrink by more than 1032 times; other compressions have no such bound.
+// OpenEXR makes room for all that an attribute says that it holds, up to 2 GB.
+void check_attributes(Imf::IStream& stream, const fs::path& file) {
+  using Imf::StreamIO;
+  int magic = 0, version = 0, size = 0;
+  Imf::Xdr::read<StreamIO>(stream, magic);
+  Imf::Xdr::read<StreamIO>(stream, version);
+  if (magic != Imf::MAGIC) return;
+  // A header ends with an empty name, and the headers of several parts with another one.
+  std::array<char, Imf::Name::SIZE> name{}, type{};
+  bool is_end = !Imf::isMultiPart(version);
+  for (;;) {
+    Imf::Xdr::read<StreamIO>(stream, Imf::Name::MAX_LENGTH, name.data());
+    if (name[0] == 0 && is_end) break;
+    is_end = name[0] == 0 || !Imf::isMultiPart(version);
+    if (name[0] == 0) continue;
+    Imf::Xdr::read<StreamIO>(stream, Imf::Name::MAX_LENGTH, type.data());
+    Imf::Xdr::read<StreamIO>(stream, size);
+    if (size < 0 || uintmax_t(size) > fs::file_size(file)) {
+      fail(file, "damaged EXR image", "an attribute is larger than the file");
+    }
+    stream.seekg(stream.tellg() + uint64_t(size));
+  }
+}
+
+// How many times smaller a picture gets at most. Deflated data shrink by up to 1032 times, and
+// before that DWA leaves 4 bytes of a block of 8 x 8 floats; all others shrink less.
+double most_compression(Imf::Compression compression) {
+  constexpr double deflated = 1032.0;
+  const bool is_dwa = compression == Imf::DWAA_COMPRESSION || compression == Imf::DWAB_COMPRESSION;
+  return is_dwa ? 64.0 * deflated : deflated;
+}
+
+// OpenEXR doesn't notice a chunk that holds less than the header says.
 void check_bytes(const Imf::Header& header, const StoredImage& stored, const fs::path& file) {
-  constexpr double most_compression = 1032.0;
-  if (header.compression() > Imf::ZIP_COMPRESSION) return;
   double bytes = 0.0;  // of a pixel
   for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
-    bytes += c.channel().type == Imf::HALF ? 2.0 : 4.0;
+    const Imf::Channel& channel = c.channel();
+    bytes += (channel.type == Imf::HALF ? 2.0 : 4.0) / channel.xSampling / channel.ySampling;
   }
   const double pixels = double(stored.data.width) * double(stored.data.height);
   const auto present = static_cast<double>(fs::file_size(file));
-  if (header.channels().findChannel("RY") == nullptr &&
-      pixels * bytes > most_compression * present) {
+  if (pixels * bytes > most_compression(header.compression()) * present) {
     fail(file, "damaged EXR image",
          fmt::format("{} x {} pixels in {} bytes", stored.data.width, stored.data.height, present));
   }
@@ -211,7 +244,10 @@ StoredImage read_exr(const fs::path& file, const std::string& part) {
   StoredImage stored;
   std::string problem = "not an EXR image";
   try {
-    Imf::MultiPartInputFile input(file.c_str());
+    Imf::StdIFStream stream(file.c_str());
+    check_attributes(stream, file);
+    stream.seekg(0);
+    Imf::MultiPartInputFile input(stream);
     problem = "damaged EXR image";
     std::vector<std::string> names;
     for (int i = 0; i < input.parts(); ++i) {

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -39,7 +40,10 @@ void check_size(const StoredImage& stored, const std::filesystem::path& file) {
   }
   const double needed = double(frame.width) * double(frame.height) *
                         double(stored.image.channels.size()) * sizeof(float);
-  const double half = 0.5 * double(::sysconf(_SC_PHYS_PAGES)) * double(::sysconf(_SC_PAGESIZE));
+  rlimit allowed{};
+  ::getrlimit(RLIMIT_RSS, &allowed);
+  const double installed = double(::sysconf(_SC_PHYS_PAGES)) * double(::sysconf(_SC_PAGESIZE));
+  const double half = 0.5 * std::min(installed, double(allowed.rlim_cur));
   if (needed <= half) return;
   fail(file, "picture too large",
        fmt::format("{} x {} pixels of {} channels need {:.0f} GB, half of the memory is {:.0f} GB",

@@ -298,6 +298,17 @@ TEST_F(CompareCommand, BadValuesOutsideOfCropAndRegionsDontCount) {
   EXPECT_TRUE(contains(result.output, "no pixel to compare")) << result.output;
 }
 
+TEST_F(CompareCommand, MasksHoldCodes) {
+  for (const float wrong : {std::numeric_limits<float>::quiet_NaN(), 1e30F, -1.0F}) {
+    Image mask = clean;
+    mask.values[7] = wrong;
+    write_image(mask, folder / "mask.exr");
+    const Result result = compare("clean.exr clean.exr --regions mask.exr");
+    EXPECT_EQ(result.exit_code, trouble);
+    EXPECT_TRUE(contains(result.output, "a mask's values are from 0 to 1")) << result.output;
+  }
+}
+
 TEST_F(CompareCommand, AMasksKindIsTold) {
   Image grey{32, 24, {"Y"}, std::vector<float>(32 * 24, 1.0F), {}};
   write_image(grey, folder / "grey.exr");

@@ -6,6 +6,7 @@
 #include <ImfRgbaFile.h>
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -353,6 +354,49 @@ TEST_F(StoredImageTest, WhatNeedsMoreThanHalfOfTheMemoryIsRefused) {
   } catch (const ImageError& error) {
     EXPECT_NE(std::string(error.what()).find("half of the memory"), std::string::npos);
   }
+}
+
+TEST_F(StoredImageTest, WhatNeedsMoreThanTheProcessMayHaveIsRefused) {
+  const fs::path file = store("large.exr", in_display(0, 0, 1, 1, 2000, 2000), Values{1});
+  EXPECT_EQ(read_image(file).width, 2000);
+  rlimit usual{};
+  getrlimit(RLIMIT_RSS, &usual);
+  const rlimit small{1 << 24, usual.rlim_max};
+  setrlimit(RLIMIT_RSS, &small);
+  EXPECT_THROW(read_image(file), ImageError);
+  setrlimit(RLIMIT_RSS, &usual);
+}
+
+// A header's numbers are not believed before the file's size is looked at.
+TEST_F(StoredImageTest, NoFewBytesAskForGigabytes) {
+  // What is said of an EXR of 8 x 8 pixels after 2^27 is written somewhere behind an attribute's
+  // name.
+  const auto error_with = [&](const std::string& compression, const std::string& attribute,
+                              size_t offset) -> std::string {
+    OIIO::ImageSpec spec = in_display(0, 0, 8, 8, 8, 8);
+    spec.attribute("who", "me");
+    spec.attribute("compression", compression);
+    const fs::path file = store("picture.exr", spec, Values(64));
+    std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
+    const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+    stream.seekp(std::streamoff(bytes.find(attribute + '\0') + attribute.size() + 1 + offset));
+    stream.write("\0\0\0\x08", 4);
+    stream.close();
+    try {
+      read_image(file);
+    } catch (const ImageError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const size_t right = std::string("box2i").size() + 1 + 4 + 8,
+               size = std::string("string").size() + 1;
+  for (const auto* compression : {"none", "rle", "zip", "piz", "pxr24", "b44", "b44a", "dwaa"}) {
+    const std::string error = error_with(compression, "dataWindow", right);
+    EXPECT_NE(error.find("134217729 x 8 pixels in"), error.npos) << compression << ": " << error;
+  }
+  const std::string error = error_with("none", "who", size);
+  EXPECT_NE(error.find("an attribute is larger than the file"), error.npos) << error;
 }
 
 TEST_F(StoredImageTest, TheSamePictureIsTheSameBytesAndHasNoDate) {
