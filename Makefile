@@ -17,6 +17,10 @@ llvm := 19
 ruff := 0.17.6
 linters := clang-format-$(llvm) clang-tidy-$(llvm) python3-venv
 
+# For `make fuzz`.
+fuzzers := clang-$(llvm) libclang-rt-$(llvm)-dev
+fuzzed := picture comparison gate card scene mesh
+
 quick_tests := $(addsuffix _test,image film scene_reader scene_file compare assessment)
 
 # Files whose first line, or the one after "#!", names the licence.
@@ -27,7 +31,7 @@ scenes := cornell seed
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps configure build test lint sanitize gate report bench references check-references stress \
+.PHONY: help deps configure build test lint sanitize fuzz gate report bench references check-references stress \
   stress-truth lamp-sampling power lessons charts pictures clean
 
 help:
@@ -36,6 +40,7 @@ help:
 	@echo "make test    builds and runs all tests"
 	@echo "make lint    checks C++ by clang-format and clang-tidy of LLVM $(llvm), Python by ruff (6 minutes)"
 	@echo "make sanitize  runs the quick tests with address and undefined behaviour sanitizers"
+	@echo "make fuzz    feeds broken files to every reader, SECONDS=60 for each kind"
 	@echo "make differential  holds methods, precisions and Mitsuba, if it is installed, against each"
 	@echo "                   other in random scenes (SCENES=1000: half an hour; with Mitsuba hours)"
 	@echo "make gate    holds pictures rendered now against the stored ones of other programs"
@@ -50,7 +55,7 @@ help:
 	@echo "make lessons        renders the plot and pictures of docs/lessons/ (4 minutes)"
 	@echo "make charts         puts the report's plots into docs/pictures/"
 	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
-	@echo "make clean   removes build/, build-debug/ and out/"
+	@echo "make clean   removes build/, build-debug/, build-fuzz/ and out/"
 
 deps:
 	@if ! command -v apt-get >/dev/null; then \
@@ -108,6 +113,18 @@ sanitize: deps
 	cmake --preset debug $(if $(wildcard build-debug/CMakeCache.txt),,-G "$(generator)")
 	cmake --build --preset debug --parallel $(jobs) --target $(quick_tests)
 	for test in $(quick_tests); do build-debug/$$test --gtest_brief || exit; done
+
+# Readers open files by their names; /dev/shm keeps these in memory.
+fuzz: programs += $(fuzzers)
+fuzz: deps
+	cmake --preset fuzz -DCMAKE_CXX_COMPILER=clang++-$(llvm) \
+	  $(if $(wildcard build-fuzz/CMakeCache.txt),,-G "$(generator)")
+	cmake --build --preset fuzz --parallel $(jobs)
+	tests/fuzz/seeds.sh build-fuzz/corpus
+	for kind in $(fuzzed); do \
+	  TMPDIR=/dev/shm build-fuzz/tests/fuzz/$${kind}_fuzz -max_total_time=$(or $(SECONDS),60) -timeout=20 \
+	    -artifact_prefix=build-fuzz/ build-fuzz/corpus/$$kind || exit; \
+	done
 
 differential: build
 	PLUMB_DIFFERENTIAL_SCENES=$(or $(SCENES),1000) PLUMB_DIFFERENTIAL_MITSUBA=$(if \
@@ -170,4 +187,4 @@ pictures: build
 	done
 
 clean:
-	rm -rf build build-debug out
+	rm -rf build build-debug build-fuzz out
