@@ -29,6 +29,10 @@ def bundle(name):
          "--log-level=warning"], check=True, capture_output=True, text=True).stdout
 
 
+def packed(core):
+    return base64.b64encode(gzip.compress(core.read_bytes(), 9, mtime=0)).decode("ascii")
+
+
 def halved(plane, width):
     """Means over 2 x 2 pixels."""
     rows = [plane[i:i + width] for i in range(0, len(plane), width)]
@@ -56,9 +60,7 @@ def scene(name):
 
 def main():
     core, file = map(pathlib.Path, sys.argv[1:])
-    packed = gzip.compress(core.read_bytes(), 9, mtime=0)
-    data = {"core": base64.b64encode(packed).decode("ascii"),
-            "scenes": {name: scene(name) for name in TITLES}}
+    data = {"core": packed(core), "scenes": {name: scene(name) for name in TITLES}}
     parts = {"style": (HERE / "page.css").read_text("utf-8"),
              "data": json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"),
              "worker": bundle("worker.js"), "script": bundle("page.js")}

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The live page: its controls, and what they do to scene and pictures.
-import {FLOATS, decode} from '../report/pictures.js';
 import {lookAt, orbit, pan, upAxisOf, zoom} from './camera.js';
 import {Core, CoreError} from './core.js';
 import {drawCurve} from './curve.js';
@@ -12,6 +11,7 @@ import {fragmentOf, sceneOf} from './link.js';
 import {Renderer} from './renderer.js';
 import {SceneDocument} from './scene_document.js';
 import {claimedError, halved, trueError} from './statistics.js';
+import {compileCore, radianceOf, startWorkers} from './stored.js';
 import {add, dot, normalize, subtract, times} from './vectors.js';
 
 const REST = 200;     // milliseconds after the last movement until the picture has its full size
@@ -87,11 +87,8 @@ class Page {
   async loadReferences() {
     const pictures = this.scenes[this.scene.base]?.pictures ?? {};
     this.references = {};
-    for (const [word, picture] of Object.entries(pictures)) {
-      const planes = await decode(picture.values, picture.width * picture.height);
-      const values = Float32Array.from({length: 3 * planes[0].length}, (_, i) => FLOATS[planes[i % 3][i / 3 | 0]]);
-      this.references[word] = {...picture, values};
-    }
+    for (const [word, picture] of Object.entries(pictures))
+      this.references[word] = {...picture, values: await radianceOf(picture)};
     this.fillShow();
   }
 
@@ -611,23 +608,10 @@ class Page {
   }
 }
 
-async function unpack(base64) {
-  const bytes = Uint8Array.from(atob(base64), letter => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
 async function start() {
   const data = JSON.parse(find('#data').textContent);
-  if (!('WebAssembly' in window) || !('DecompressionStream' in window))
-    throw new Error('This browser lacks WebAssembly or cannot unpack what this page holds (DecompressionStream).');
-  const bytes = await unpack(data.core);
-  if (!WebAssembly.validate(bytes))
-    throw new Error('This browser’s WebAssembly lacks SIMD or exceptions, which the renderer needs.');
-  const module = await WebAssembly.compile(bytes);
-  const code = URL.createObjectURL(new Blob([find('#worker').textContent], {type: 'text/javascript'}));
-  const count = Math.min(Math.max(navigator.hardwareConcurrency || 2, 1), 32);
-  const renderer = new Renderer(module, Array.from({length: count}, () => new Worker(code)));
+  const module = await compileCore(data.core);
+  const renderer = new Renderer(module, startWorkers(find('#worker').textContent));
   const page = new Page(await Core.create(module), renderer, data.scenes);
   await page.openAddress();
 }
