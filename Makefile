@@ -11,6 +11,11 @@ programs := povray blender python3 openimageio-tools gnuplot-nox
 # For the test of the report's page in a browser, which is skipped where they can't be had.
 browser := chromium chromium-driver python3-selenium
 
+# For `make lessons`: the renderer's core as WebAssembly, and what makes pages.
+web := clang-19 lld-19 libc++-19-dev-wasm32 libc++abi-19-dev-wasm32 libclang-rt-19-dev-wasm32 wasi-libc esbuild \
+  python3-markdown
+python = $(firstword $(wildcard /usr/bin/python3) python3)
+
 # For `make lint`. Other versions find other things; Debian 12 and 13 both have this one of LLVM.
 # They have no ruff, which comes from PyPI.
 llvm := 19
@@ -31,8 +36,9 @@ scenes := cornell seed
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps configure build test lint sanitize fuzz gate report bench references check-references stress \
-  stress-truth lamp-sampling power lessons charts pictures clean
+.PHONY: help deps configure build test lint sanitize fuzz gate report bench references \
+  check-references stress stress-truth lamp-sampling power lesson-pictures lessons charts pictures \
+  clean
 
 help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
@@ -52,10 +58,11 @@ help:
 	@echo "make stress-truth  has Mitsuba render the caustics that they are held against (5 minutes)"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
 	@echo "make power          makes the table of docs/power.md (6 minutes)"
-	@echo "make lessons        renders the plot and pictures of docs/lessons/ (4 minutes)"
+	@echo "make lessons        makes pages of docs/lessons/ with live pictures: out/lessons/index.html"
+	@echo "make lesson-pictures  renders the pictures, plots and tables of docs/lessons/ (10 minutes)"
 	@echo "make charts         puts the report's plots into docs/pictures/"
 	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
-	@echo "make clean   removes build/, build-debug/, build-fuzz/ and out/"
+	@echo "make clean   removes build/, build-debug/, build-fuzz/, build-web/ and out/"
 
 deps:
 	@if ! command -v apt-get >/dev/null; then \
@@ -170,8 +177,15 @@ power: build
 	sed -i -e '/<!-- table: made by/,/<!-- end of table/{//!d}' -e '/<!-- table: made by/r out/power.md' \
 	  docs/power.md
 
-lessons: build
-	python3 bench/noise_lesson.py build/plumb
+lessons: programs += $(web)
+lessons: deps
+	cmake -S web -B build-web $(if $(wildcard build-web/CMakeCache.txt),,-G "$(generator)") \
+	  -DCMAKE_TOOLCHAIN_FILE=$(CURDIR)/web/wasi.cmake
+	cmake --build build-web --parallel $(jobs)
+	$(python) web/make_lessons.py build-web/plumbline.wasm out/lessons
+
+lesson-pictures: build
+	python3 bench/lesson_pictures.py build/plumb
 
 charts: report
 	for scene in $(scenes); do \
@@ -187,4 +201,4 @@ pictures: build
 	done
 
 clean:
-	rm -rf build build-debug build-fuzz out
+	rm -rf build build-debug build-fuzz build-web out

@@ -4,12 +4,15 @@
 // and channels, sqrt(mean(e^2 / (r^2 + EPSILON))).
 export const EPSILON = 0.01;
 
-/** As the picture's own variance claims it. */
-export function claimedError({mean, variance}) {
+/** The noise that a picture's own variance claims, in parts of what another one shows. */
+export function noiseAgainst({variance}, mean) {
   let sum = 0;
   for (let i = 0; i < mean.length; i++) sum += variance[i] / (mean[i] ** 2 + EPSILON);
   return Math.sqrt(sum / mean.length);
 }
+
+/** As the picture's own variance claims it. */
+export const claimedError = picture => noiseAgainst(picture, picture.mean);
 
 /** Against a reference of the same size. */
 export function trueError({mean}, reference) {

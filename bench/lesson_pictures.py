@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+
+"""Renders the pictures and plots of docs/lessons/ and puts its tables in.
+
+    python3 bench/lesson_pictures.py PLUMB [LESSON ...]    (which is 'make lesson-pictures')
+
+Ten minutes on two cores; noise alone takes four. What is rendered stays in out/lesson_pictures.
+"""
+
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+OUT = ROOT / "out" / "lesson_pictures"
+PICTURES = ROOT / "docs" / "pictures"
+LESSONS = ROOT / "docs" / "lessons"
+SCENES = ROOT / "reference_scenes"
+
+
+def plumb(*arguments, accept=(0,)):
+    result = subprocess.run([PLUMB, *map(str, arguments)], capture_output=True, text=True,
+                            check=False)
+    if result.returncode not in accept:
+        sys.exit(result.stderr)
+
+
+def render(scene, *options):
+    """The picture of a scene with these options, of which each is a file of its own."""
+    name = re.sub(r"[^\w.]+", "_", " ".join(map(str, [scene.parent.name, scene.stem, *options])))
+    file = OUT / f"{name}.exr"
+    plumb("render", scene, *options, "-o", file)
+    return file
+
+
+def series(scene, counts, *options):
+    """Pictures of so many samples: each is the one before and as many again."""
+    before, files = 0, []
+    for samples in counts:
+        part = render(scene, *options, "--seed", 1, "--samples", f"{before}:{samples}")
+        if files:
+            whole = part.with_stem(f"{part.stem}_merged")
+            plumb("merge", files[-1], part, "-o", whole)
+            part = whole
+        files.append(part)
+        before = samples
+    return files
+
+
+def errors(files, reference, plot=None):
+    """relMSE of every picture, by series; and what is said of them."""
+    report = OUT / "converge.json"
+    plumb("converge", *files, "--reference", reference, "--json", report,
+          *(["-o", plot] if plot else []))
+    found = json.loads(report.read_text("utf-8"))
+    return ([[point["relMse"]["all"][0] for point in one["points"]] for one in found["series"]],
+            found["sentences"])
+
+
+def mosaic(files, columns, file, brighter, cut=(), enlarged=()):
+    """Pictures side by side; below, if it is told, a part of each, enlarged."""
+    command = ["oiiotool"]
+    for more in ([enlarged, [*cut, *enlarged]] if cut else [enlarged]):
+        for picture in files:
+            command += [picture, "--ch", "R,G,B", *more, "--mulc", str(brighter),
+                        "--colorconvert", "linear", "sRGB"]
+    rows = -(-len(files) // columns) * (2 if cut else 1)
+    subprocess.run([*command, "--mosaic:pad=4", f"{columns}x{rows}", "-d", "uint8", "-o", file],
+                   check=True)
+
+
+def put(lesson, name, head, rows, sentences=()):
+    """A table, and what is said of it, between its marks in the lesson."""
+    lines = ["| " + " | ".join(map(str, row)) + " |" for row in (head, ["---"] * len(head), *rows)]
+    lines += ["", *(f"    {sentence}" for sentence in sentences)] if sentences else []
+    file = LESSONS / f"{lesson}.md"
+    pattern = rf"(<!-- table: {name} -->\n).*?(\n<!-- end of table -->)"
+    text, count = re.subn(pattern, lambda m: f"{m[1]}\n" + "\n".join(lines) + f"\n{m[2]}",
+                          file.read_text("utf-8"), flags=re.DOTALL)
+    if count != 1:
+        sys.exit(f"{file} has no place for the table {name}")
+    file.write_text(text, "utf-8")
+
+
+def noise():
+    kinds = {"sobol": ["--sampler", "sobol"], "independent": ["--sampler", "independent"],
+             "webgl-random": ["--fault", "webgl-random"], "webgl-demo": ["--fault", "webgl-demo"]}
+    scene, counts = SCENES / "seed" / "scene.xml", [16 << i for i in range(9)]
+    files = {kind: series(scene, counts, *options) for kind, options in kinds.items()}
+    mosaic([files[kind][-1] for kind in list(kinds)[1:]], 3, PICTURES / "noise.png", 1.5,
+           cut=["--cut", "84x84+86+40"], enlarged=["--resize:filter=box", "256x256"])
+    found, sentences = errors([file for kind in kinds for file in files[kind]],
+                              SCENES / "seed" / "plumbline.exr", PICTURES / "noise.svg")
+    put("noise", "noise", ["samples per pixel", *kinds],
+        [[count, *(f"{value:.2e}" for value in row)] for count, *row in zip(counts, *found)], sentences)
+
+
+if __name__ == "__main__":
+    ALL = {lesson.__name__: lesson for lesson in (noise,)}
+    if len(sys.argv) < 2 or not set(sys.argv[2:]) <= set(ALL):
+        sys.exit(__doc__)
+    PLUMB = sys.argv[1]
+    OUT.mkdir(parents=True, exist_ok=True)
+    for chosen in sys.argv[2:] or ALL:
+        ALL[chosen]()
