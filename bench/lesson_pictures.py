@@ -84,6 +84,10 @@ def put(lesson, name, head, rows, sentences=()):
     file.write_text(text, "utf-8")
 
 
+def percent(value):
+    return f"{float(f'{100 * value:.3g}'):g} %"
+
+
 def noise():
     kinds = {"sobol": ["--sampler", "sobol"], "independent": ["--sampler", "independent"],
              "webgl-random": ["--fault", "webgl-random"], "webgl-demo": ["--fault", "webgl-demo"]}
@@ -97,8 +101,28 @@ def noise():
         [[count, *(f"{value:.2e}" for value in row)] for count, *row in zip(counts, *found)], sentences)
 
 
+def bias():
+    counts = [4 << i for i in range(11)]
+    cornell = SCENES / "cornell"
+    for name, scene, reference, fault in (
+            ("bounces", cornell / "scene.xml", cornell / "plumbline.exr", "five-bounces"),
+            ("clamp", LESSONS / "caustic.xml", None, "clamp-indirect")):
+        if reference is None:
+            reference = render(scene, "--spp", 65536, "--seed", 0)
+            # What the page needs of it.
+            subprocess.run(["oiiotool", reference, "--ch", "R,G,B", "-d", "half", "--compression", "zip",
+                            "--eraseattrib", ".*", "-o", scene.with_suffix(".exr")], check=True)
+        right, wrong = series(scene, counts), series(scene, counts, "--fault", fault)
+        found, sentences = errors([*right, *wrong], reference, PICTURES / f"bias_{name}.svg")
+        put("bias", name, ["samples per pixel", "right", fault],
+            [[count, *(percent(value ** 0.5) for value in row)] for count, *row in zip(counts, *found)], sentences)
+        if name == "clamp":
+            mosaic([right[4], wrong[4], reference], 3, PICTURES / "bias_clamp.png", 1,
+                   enlarged=["--resize:filter=box", "256x256"])
+
+
 if __name__ == "__main__":
-    ALL = {lesson.__name__: lesson for lesson in (noise,)}
+    ALL = {lesson.__name__: lesson for lesson in (noise, bias)}
     if len(sys.argv) < 2 or not set(sys.argv[2:]) <= set(ALL):
         sys.exit(__doc__)
     PLUMB = sys.argv[1]
