@@ -14,6 +14,10 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.dont_write_bytecode = True  # nothing but sources in the folders
+sys.path.insert(0, str(ROOT / "images"))
+import exr  # noqa: E402
+
 OUT = ROOT / "out" / "lesson_pictures"
 PICTURES = ROOT / "docs" / "pictures"
 LESSONS = ROOT / "docs" / "lessons"
@@ -101,6 +105,34 @@ def noise():
         [[count, *(f"{value:.2e}" for value in row)] for count, *row in zip(counts, *found)], sentences)
 
 
+def means(file, window=None):
+    """Of red, green and blue, over the picture or a window (x, y, width, height) of it."""
+    width, height, planes = exr.planes(file, ["R", "G", "B"])
+    x, y, across, down = window or (0, 0, width, height)
+    return [sum(sum(plane[row * width + x:row * width + x + across]) for row in range(y, y + down))
+            / (across * down) for plane in planes]
+
+
+def bleeding():
+    scene = SCENES / "cornell" / "scene.xml"
+    bounces = ["0:0", "1:1", "2:2", "3:3", "4:4", "5:"]
+    files = [render(scene, "--bounces", bounce, "--spp", 2048) for bounce in bounces]
+    mosaic(files, 3, PICTURES / "bleeding.png", 2.8)
+    found = [means(file) for file in files]
+    total = [sum(row[c] for row in found) for c in range(3)]
+    put("bleeding", "bounces", ["bounces", "red", "green", "blue"],
+        [[word, *(percent(value / all_light) for value, all_light in zip(row, total))]
+         for word, row in zip(["0 (the lamp itself)", "1 (direct light)", "2", "3", "4", "5 and more"], found)])
+    # Patches of the back wall, above the blocks.
+    patches = {"beside the red wall": (58, 70, 8, 16), "in the middle": (124, 70, 8, 16),
+               "beside the green wall": (190, 70, 8, 16)}
+    whole = render(scene, "--spp", 2048)
+    put("bleeding", "wall", ["back wall", "direct light, R : G", "2 bounces, R : G", "all light, R : G"],
+        [[word, *(f"{red / green:.2f}" for red, green, _ in (means(file, window)
+                                                             for file in (files[1], files[2], whole)))]
+         for word, window in patches.items()])
+
+
 def bias():
     counts = [4 << i for i in range(11)]
     cornell = SCENES / "cornell"
@@ -122,7 +154,7 @@ def bias():
 
 
 if __name__ == "__main__":
-    ALL = {lesson.__name__: lesson for lesson in (noise, bias)}
+    ALL = {lesson.__name__: lesson for lesson in (noise, bleeding, bias)}
     if len(sys.argv) < 2 or not set(sys.argv[2:]) <= set(ALL):
         sys.exit(__doc__)
     PLUMB = sys.argv[1]
