@@ -53,6 +53,16 @@ def series(scene, counts, *options):
     return files
 
 
+def changed(scene, name, **parameters):
+    """The scene with other values of its <default>s."""
+    text = scene.read_text("utf-8")
+    for parameter, value in parameters.items():
+        text = re.sub(rf'(<default name="{parameter}" value=")[^"]*', rf"\g<1>{value}", text)
+    file = OUT / f"{name}.xml"
+    file.write_text(text, "utf-8")
+    return file
+
+
 def errors(files, reference, plot=None):
     """relMSE of every picture, by series; and what is said of them."""
     report = OUT / "converge.json"
@@ -133,6 +143,30 @@ def bleeding():
          for word, window in patches.items()])
 
 
+def shadows():
+    scene, sizes, power = LESSONS / "shadows.xml", [0.01, 0.1, 0.25, 0.5, 1, 2], 6
+    views = [render(changed(scene, f"shadows_{size}", size=size, radiance=power / size ** 2), "--spp", 1024)
+             for size in sizes]
+    mosaic(views, 3, PICTURES / "shadows.png", 1.4)
+    # A camera below the plate looks down on the shadow's edge, 0.9 m to both sides; rows run along z.
+    below = {"eye": "0.75, 0.9, 0", "target": "0.75, 0, 0", "up": "0, 0, 1"}
+    rows = []
+    for size in sizes[:5]:
+        ramp = []
+        for plate in (0.5, 0.001):
+            file = changed(scene, f"below_{size}_{plate}", size=size, radiance=power / size ** 2, plate=plate, **below)
+            picture = render(file, "--size", "768x576", "--spp", 256, "--bounces", "1:1")
+            width, height, (red, *_) = exr.planes(picture, ["R", "G", "B"])
+            ramp.append([sum(red[y * width + x] for y in range(height // 2 - 8, height // 2 + 8))
+                         for x in range(width)])
+        seen = [shadowed / max(free, 1e-9) for shadowed, free in zip(*ramp)]
+        # Half of the film is 0.9 m * tan(fov / 2) wide.
+        pixel = 2 * 0.9 * 0.46631 / len(seen)
+        tenths = [sum(part < level for part in seen) * pixel for level in (0.1, 0.9)]
+        rows.append([f"{2 * size:g} m", f"{size:g} m", f"{abs(tenths[1] - tenths[0]) / 0.8:.3f} m"])
+    put("shadows", "penumbra", ["side of the lamp", "width of the penumbra, computed", "measured"], rows)
+
+
 def bias():
     counts = [4 << i for i in range(11)]
     cornell = SCENES / "cornell"
@@ -154,7 +188,7 @@ def bias():
 
 
 if __name__ == "__main__":
-    ALL = {lesson.__name__: lesson for lesson in (noise, bleeding, bias)}
+    ALL = {lesson.__name__: lesson for lesson in (noise, bleeding, shadows, bias)}
     if len(sys.argv) < 2 or not set(sys.argv[2:]) <= set(ALL):
         sys.exit(__doc__)
     PLUMB = sys.argv[1]
