@@ -167,6 +167,31 @@ def shadows():
     put("shadows", "penumbra", ["side of the lamp", "width of the penumbra, computed", "measured"], rows)
 
 
+# Half of the lamp's side and its radiance, with which the picture is about as bright.
+LAMPS = {"2 cm": (0.01, 20000), "40 cm": (0.2, 50), "2 m": (1, 3), "6 m": (3, 1.2), "20 m": (10, 1)}
+METHODS = ["bsdf", "nee", "mis"]
+
+
+def lamp():
+    rows, shown = [], []
+    for title, (size, radiance) in LAMPS.items():
+        scene = changed(LESSONS / "lamp.xml", f"lamp_{size}", size=size, radiance=radiance)
+        reference = render(scene, "--bounces", "0:1", "--spp", 8192, "--seed", 0)
+        found = []
+        for method in METHODS:
+            runs = [render(scene, "--bounces", "0:1", "--method", method, "--sampler", "independent",
+                           "--spp", 64, "--seed", seed) for seed in range(1, 9)]
+            (points,), _ = errors(runs, reference)
+            found.append((sum(points) / len(points)) ** 0.5)
+            if title in ("2 cm", "2 m", "20 m"):
+                shown.append(render(scene, "--bounces", "0:1", "--method", method, "--sampler", "independent",
+                                    "--spp", 16))
+        best = min(found)
+        rows.append([title, *(f"**{percent(value)}**" if value == best else percent(value) for value in found)])
+    mosaic(shown, 3, PICTURES / "lamp.png", 0.6)
+    put("lamp", "methods", ["side of the lamp", "by chance (bsdf)", "sampled (nee)", "both (mis)"], rows)
+
+
 def bias():
     counts = [4 << i for i in range(11)]
     cornell = SCENES / "cornell"
@@ -188,7 +213,7 @@ def bias():
 
 
 if __name__ == "__main__":
-    ALL = {lesson.__name__: lesson for lesson in (noise, bleeding, shadows, bias)}
+    ALL = {lesson.__name__: lesson for lesson in (noise, bleeding, shadows, lamp, bias)}
     if len(sys.argv) < 2 or not set(sys.argv[2:]) <= set(ALL):
         sys.exit(__doc__)
     PLUMB = sys.argv[1]
