@@ -57,6 +57,13 @@ def _script(name):
     return "".join(line for line in lines if not line.startswith("export "))
 
 
+def link_to_lessons(file):
+    """A line of HTML for the page `file`, if the lessons' pages lie beside it."""
+    if not (pathlib.Path(file).parent / "lessons" / "index.html").exists():
+        return ""
+    return '<p><a href="lessons/index.html">Lessons</a> on how light is computed, with live pictures.</p>'
+
+
 def write_page(data, file):
     """Writes the page beside `file` and renames it: a killed run leaves the old page or the new one."""
     # A "<" in the data would let a title end the script element.
@@ -65,6 +72,7 @@ def write_page(data, file):
     for name, content in (
         ("style", (HERE / "page.css").read_text("utf-8")),
         ("script", _script("pictures.js") + _script("viewer.js") + _script("page.js")),
+        ("lessons", link_to_lessons(file)),
         ("data", text),
     ):
         page = page.replace("{{" + name + "}}", content, 1)

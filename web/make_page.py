@@ -63,7 +63,8 @@ def main():
     data = {"core": packed(core), "scenes": {name: scene(name) for name in TITLES}}
     parts = {"style": (HERE / "page.css").read_text("utf-8"),
              "data": json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"),
-             "worker": bundle("worker.js"), "script": bundle("page.js")}
+             "worker": bundle("worker.js"), "script": bundle("page.js"),
+             "lessons": page.link_to_lessons(file)}
     text = re.sub("{{([a-z]+)}}", lambda match: parts[match[1]], (HERE / "page.html").read_text("utf-8"))
     file.parent.mkdir(parents=True, exist_ok=True)
     unfinished = file.with_name(file.name + ".part")
