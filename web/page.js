@@ -213,7 +213,7 @@ class Page {
         this.curves[number] = [];
       }
     });
-    this.isFresh = true;
+    document.body.dataset.samples = 0;
   }
 
   receive(number, picture) {
@@ -268,7 +268,8 @@ class Page {
     }
     this.drawOverlay(isDifference ? null : split);
     this.tellNumbers(SIDES.map((_, number) => this.record(number)));
-    document.body.dataset.samples = a.samples;
+    // Of the picture as it was begun last, not of one that still stands there.
+    if (this.renderer.pictures.get(0) === a) document.body.dataset.samples = a.samples;
   }
 
   drawOverlay(split) {
