@@ -605,7 +605,10 @@ class Page {
     } catch (error) {
       this.say(`The scene in this address is damaged: ${error.message}`, true);
     }
+    // Is still to be read beside the scene that is opened instead.
+    const trouble = find('#trouble').textContent;
     if (!this.scene) await this.open({base: Object.keys(this.scenes)[0]});
+    if (trouble) this.say(trouble, true);
   }
 }
 
