@@ -26,6 +26,14 @@ linters := clang-format-$(llvm) clang-tidy-$(llvm) python3-venv
 fuzzers := clang-$(llvm) libclang-rt-$(llvm)-dev
 fuzzed := picture comparison gate card scene mesh
 
+# For the live page: Clang and C++ libraries for WebAssembly, a bundler, and the headers of the core.
+page_tools := clang-$(llvm) lld-$(llvm) wasi-libc libc++-$(llvm)-dev-wasm32 libc++abi-$(llvm)-dev-wasm32 \
+  libclang-rt-$(llvm)-dev-wasm32 esbuild cmake ninja-build python3 openimageio-tools libboost-math-dev \
+  libfmt-dev libhwy-dev libimath-dev libopenimageio-dev nlohmann-json3-dev
+
+# For its tests and linter, which are skipped where these can't be had. package.json has the rest.
+node_tools := nodejs npm chromium firefox-esr
+
 quick_tests := $(addsuffix _test,image film scene_reader scene_file compare assessment)
 
 # Files whose first line, or the one after "#!", names the licence.
@@ -36,21 +44,24 @@ scenes := cornell seed
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps configure build test lint sanitize fuzz gate report bench references \
-  check-references stress stress-truth lamp-sampling power lesson-pictures lessons charts pictures \
-  clean
+.PHONY: help deps page-deps node-deps configure build test lint sanitize fuzz gate report page \
+  page-test bench references check-references stress stress-truth lamp-sampling power \
+  lesson-pictures lessons charts pictures clean
 
 help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
 	@echo "make build   build/plumb"
 	@echo "make test    builds and runs all tests"
-	@echo "make lint    checks C++ by clang-format and clang-tidy of LLVM $(llvm), Python by ruff (6 minutes)"
+	@echo "make lint    checks C++ by clang-format and clang-tidy of LLVM $(llvm), Python by ruff,"
+	@echo "             JavaScript by ESLint (6 minutes)"
 	@echo "make sanitize  runs the quick tests with address and undefined behaviour sanitizers"
 	@echo "make fuzz    feeds broken files to every reader, SECONDS=60 for each kind"
 	@echo "make differential  holds methods, precisions and Mitsuba, if it is installed, against each"
 	@echo "                   other in random scenes (SCENES=1000: half an hour; with Mitsuba hours)"
 	@echo "make gate    holds pictures rendered now against the stored ones of other programs"
 	@echo "make report  renders the scenes with all programs and writes out/report.html (8 minutes)"
+	@echo "make page    puts the live page together: out/plumbline.html"
+	@echo "make page-test  tests it in Node, Chromium and Firefox, where they can be had (3 minutes)"
 	@echo "make bench   measures the renderer's speed and noise"
 	@echo "make references        renders the stored ground truth with all programs (40 minutes)"
 	@echo "make check-references  compares what the installed programs draw today with it"
@@ -62,8 +73,33 @@ help:
 	@echo "make lesson-pictures  renders the pictures, plots and tables of docs/lessons/ (10 minutes)"
 	@echo "make charts         puts the report's plots into docs/pictures/"
 	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
-	@echo "make clean   removes build/, build-debug/, build-fuzz/, build-web/ and out/"
+	@echo "make clean   removes build/, build-debug/, build-fuzz/, build-web/, node_modules/ and out/"
 
+# Installs the packages $(1), and those of $(2) that can be had.
+define install
+is_missing() { \
+  ! dpkg-query -W -f '$${db:Status-Status}\n' $$1 2>/dev/null | grep -qx installed; \
+}; \
+install() { \
+  echo "Installing $$*"; \
+  test "$$(id -u)" = 0 && root= || root=sudo; \
+  $$root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $$*; \
+}; \
+missing=; \
+for package in $(1); do is_missing $$package && missing="$$missing $$package"; done; \
+if test -n "$$missing"; then \
+  echo "To be installed:$$missing"; \
+  test "$$(id -u)" = 0 && root= || root=sudo; \
+  $$root apt-get update -q && install $$missing || exit; \
+fi; \
+for package in $(2); do \
+  if is_missing $$package && ! command -v $$package >/dev/null && apt-cache show $$package >/dev/null 2>&1; then \
+    install $$package || echo "Going on without $$package"; \
+  fi; \
+done
+endef
+
+# On a bare machine 2 minutes, 600 MB to download and 2.4 GB of disk.
 deps:
 	@if ! command -v apt-get >/dev/null; then \
 	  echo "No apt-get here. Needed: a C++20 compiler, CMake 3.25, pkg-config and the libraries"; \
@@ -72,25 +108,23 @@ deps:
 	  echo "show the references; gnuplot draws plots."; \
 	  exit 0; \
 	fi; \
-	is_missing() { \
-	  ! dpkg-query -W -f '$${db:Status-Status}\n' $$1 2>/dev/null | grep -qx installed; \
-	}; \
-	install() { \
-	  echo "Installing $$*"; \
-	  test "$$(id -u)" = 0 && root= || root=sudo; \
-	  $$root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $$*; \
-	}; \
-	missing=; \
-	for package in $(packages) $(programs); do is_missing $$package && missing="$$missing $$package"; done; \
-	if test -n "$$missing"; then \
-	  echo "To be installed:$$missing"; \
-	  echo "(on a bare machine 2 minutes, 600 MB to download and 2.4 GB of disk)"; \
-	  test "$$(id -u)" = 0 && root= || root=sudo; \
-	  $$root apt-get update -q && install $$missing || exit; \
+	$(call install,$(packages) $(programs),$(browser))
+
+page-deps:
+	@if ! command -v apt-get >/dev/null; then \
+	  echo "No apt-get here. Needed: Clang $(llvm) with lld, compiler-rt, libc++ and WASI's C library for"; \
+	  echo "WebAssembly, CMake 3.25, esbuild, Python 3, OpenImageIO's tools, and the headers of OpenImageIO,"; \
+	  echo "Imath, Highway, Boost.Math, fmt and nlohmann/json."; \
+	  exit 0; \
 	fi; \
-	for package in $(browser); do \
-	  if is_missing $$package && apt-cache show $$package >/dev/null 2>&1; then install $$package || exit; fi; \
-	done
+	$(call install,$(page_tools),)
+
+# Node, and packages for it that test and lint the page; without them that is skipped.
+node-deps:
+	@if command -v apt-get >/dev/null; then $(call install,,$(node_tools)); fi; \
+	if ! command -v npm >/dev/null; then echo "There is no npm here"; exit 0; fi; \
+	test node_modules/.package-lock.json -nt package-lock.json || npm ci --no-audit --no-fund || \
+	  echo "npm cannot get the packages of package-lock.json"
 
 configure: deps
 	cmake -S . -B build $(if $(wildcard build/CMakeCache.txt),,-G "$(generator)")
@@ -102,7 +136,7 @@ test: build
 	ctest --test-dir build --output-on-failure -j$(jobs)
 
 lint: programs += $(linters)
-lint: configure build/ruff-$(ruff)/bin/ruff
+lint: configure node-deps build/ruff-$(ruff)/bin/ruff
 	@echo "Licence lines"; ! git ls-files $(licensed) | while read -r file; do \
 	  sed '/^#!/d;q' $$file | grep -q 'SPDX-License-Identifier: Apache-2.0' || \
 	    echo "$$file: the first line names no licence"; \
@@ -110,6 +144,8 @@ lint: configure build/ruff-$(ruff)/bin/ruff
 	git ls-files '*.cpp' '*.h' | xargs clang-format-$(llvm) --dry-run -Werror
 	build/ruff-$(ruff)/bin/ruff check
 	run-clang-tidy-$(llvm) -p build -quiet -j $(jobs)
+	@if test -d node_modules/eslint; then node_modules/.bin/eslint web report tests/live_page bench eslint.config.js; \
+	else echo "JavaScript is not checked: there is no ESLint here"; fi
 
 build/ruff-$(ruff)/bin/ruff: | configure
 	python3 -m venv build/ruff-$(ruff)
@@ -149,6 +185,22 @@ gate: build
 report: configure
 	cmake --build build --parallel $(jobs) --target plumb
 	python3 report/make_report.py build/plumb
+
+page: page-deps
+	LLVM=$(llvm) cmake -S web -B build-web $(if \
+	  $(wildcard build-web/CMakeCache.txt),,-G "$(generator)" -DCMAKE_TOOLCHAIN_FILE=$(CURDIR)/web/wasi.cmake)
+	cmake --build build-web --parallel $(jobs)
+	python3 web/make_page.py build-web/plumbline.wasm out/plumbline.html
+
+page-test: build page node-deps
+	@if ! command -v node >/dev/null; then \
+	  echo "The page is not tested: there is no Node here"; \
+	elif ! test -d node_modules/puppeteer-core; then \
+	  echo "The page is not tested in browsers: npm's packages are not here"; \
+	  node --test tests/live_page/core_test.js; \
+	else \
+	  node --test $(wildcard tests/live_page/*_test.js); \
+	fi
 
 bench: build
 	build/render_bench
@@ -201,4 +253,4 @@ pictures: build
 	done
 
 clean:
-	rm -rf build build-debug build-fuzz build-web out
+	rm -rf build build-debug build-fuzz build-web node_modules out

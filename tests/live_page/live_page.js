@@ -3,7 +3,6 @@
 // The live page in a browser, and what its pictures have to be.
 import assert from 'node:assert/strict';
 import {existsSync} from 'node:fs';
-import {fileURLToPath} from 'node:url';
 import puppeteer from 'puppeteer-core';
 import {sceneOf} from '../../web/link.js';
 import {ROOT, bytesOf, draw, filesOf, newCore, settingsOf} from './reference.js';

@@ -367,7 +367,7 @@ export function testIn(name) {
       await other.picture();
       assert.match(await other.trouble(), /^scene\.xml:1: /);
       await other.close();
-    }, {fragment: '#scene=AAAA'});
+    }, {fragment: '#scene=A'});
 
     test('saves a scene that plumb renders', async (live, t) => {
       await live.chooseText('selected', 'matte_cuboid');
