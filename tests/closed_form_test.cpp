@@ -305,6 +305,40 @@ TEST(ConvexLamp, LooksAsItEmits) {
   }
 }
 
+// A furnace shines the same everywhere inside, also where a camera outside looks into it through
+// the backs of its walls. Without that it sees the backs, which are black.
+TEST(Furnace, ShinesThroughTheBacksOfItsWalls) {
+  Case c = furnace("furnace_from_outside", 0.5, true);
+  c.scene.camera = camera({-3.0, 3.5, -4.0}, {0.0, 0.2, 0.0}, 14.0);
+  for (const bool is_tilted : {false, true}) {
+    Scene scene = is_tilted ? tilted(c.scene) : c.scene;
+    for (const Precision precision : {Precision::float32, Precision::float64}) {
+      for (const Method method : {Method::bsdf, Method::nee, Method::mis}) {
+        for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
+          const Settings settings{.method = method,
+                                  .sampler = sampler,
+                                  .precision = precision,
+                                  .seed = 1,
+                                  .bounces = {}};
+          scene.camera.sees_through_backs = false;
+          const std::vector<float> backs = render_film(scene, settings, {0, 16}).mean();
+          EXPECT_EQ(backs, std::vector<float>(backs.size(), 0.0f));
+          scene.camera.sees_through_backs = true;
+          const Film film = render_film(scene, settings, {0, 4096});
+          const Measurement m = measure(film);
+          EXPECT_LE(m.standard_error, 1e-3 * c.radiance);
+          EXPECT_NEAR(m.mean, c.radiance, 4.0 * m.standard_error + 1e-6 * c.radiance);
+          // No pixel is left out: each is within seven standard errors of a pixel, all of them
+          // known together, because four replicates tell little of one.
+          const std::vector<float> mean = film.mean();
+          const double pixel = m.standard_error * std::sqrt(static_cast<double>(mean.size()) / 3.0);
+          for (const float value : mean) EXPECT_NEAR(value, c.radiance, 7.0 * pixel);
+        }
+      }
+    }
+  }
+}
+
 TEST(UnlitScene, IsExactlyBlack) {
   Scene scene;
   scene.shapes = room({-1, -1, -1}, {1, 1, 1}, diffuse(0.9));

@@ -122,6 +122,20 @@ TEST(Determinism, PassesDoNotMatter) {
   }
 }
 
+TEST(Determinism, LookingThroughBacksDoesNotMatterWhereNoneIsInTheWay) {
+  for (const char* name : {"cornell", "seed"}) {
+    for (const Settings& settings : all_settings()) {
+      Scene scene = small(name);
+      scene.camera.origin = {100, 300, 50};  // inside of the room
+      const Film usual = render_film(scene, settings, {0, 10});
+      scene.camera.sees_through_backs = true;
+      const Film other = render_film(scene, settings, {0, 10});
+      EXPECT_EQ(usual.mean(), other.mean());
+      EXPECT_EQ(usual.variance(), other.variance());
+    }
+  }
+}
+
 TEST(Determinism, AnotherSeedGivesAnotherPicture) {
   for (Settings settings : all_settings()) {
     const Film one = render_film(small("cornell"), settings, {0, 8});

@@ -6,10 +6,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <clocale>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <sstream>
 #include <string>
@@ -430,6 +432,73 @@ TEST_F(SceneReader, ReadsNumbersInEveryLocale) {
   }
   EXPECT_EQ(read_sphere(R"(<float name="radius" value="1.5"/>)").radius, 1.5);
   std::setlocale(LC_ALL, "C");
+}
+
+// All that a scene holds but its hash and name, as text.
+std::string told(const Scene& scene) {
+  const Camera& c = scene.camera;
+  std::ostringstream text;
+  text << std::hexfloat << c.origin << c.forward << c.right << c.up << c.fov_degrees << c.width
+       << ' ' << c.height << int(c.fov_axis) << int(c.filter.kind) << c.filter.size << '\n';
+  for (const Shape& shape : scene.shapes) {
+    text << shape.id << int(shape.bsdf.kind) << shape.bsdf.reflectance << shape.bsdf.two_sided
+         << shape.radiance;
+    if (const auto* ball = std::get_if<Sphere>(&shape.geometry)) {
+      text << ball->center << ball->radius;
+    } else {
+      for (const Polygon& face : std::get<Mesh>(shape.geometry)) {
+        for (const Vec3& corner : face.corners) text << corner;
+      }
+    }
+    text << '\n';
+  }
+  text << scene.request.bounces.first << ' ' << scene.request.bounces.last << ' '
+       << scene.request.samples_per_pixel << '\n';
+  for (const std::string& note : scene.notes) text << note << '\n';
+  return text.str();
+}
+
+std::map<std::string, std::string> files_of(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const fs::path& file = entry.path();
+    if (file.extension() != ".xml" && file.extension() != ".obj") continue;
+    std::ostringstream text;
+    text << std::ifstream(file, std::ios::binary).rdbuf();
+    files[file.filename().string()] = text.str();
+  }
+  return files;
+}
+
+TEST(FilesInMemory, HoldTheSameScenesAsOnADisk) {
+  for (const char* name : {"cornell", "seed"}) {
+    const fs::path folder = fs::path(PLUMB_SCENES) / name;
+    FilesInMemory files(files_of(folder));
+    const Scene scene = read_scene("scene.xml", files);
+    EXPECT_EQ(told(scene), told(read_scene(folder / "scene.xml")));
+    EXPECT_EQ(scene.hash, "");
+  }
+}
+
+TEST(FilesInMemory, AreRefusedWhereTheyAreMissing) {
+  auto all = files_of(fs::path(PLUMB_SCENES) / "cornell");
+  all.erase("tall_block.obj");
+  FilesInMemory files(all);
+  const auto error_of = [&](const char* name) -> std::string {
+    try {
+      read_scene(name, files);
+    } catch (const SceneError& error) {
+      return error.what();
+    }
+    return "not refused";
+  };
+  const std::string& text = all["scene.xml"];
+  const auto line =
+      1 + std::count(text.begin(), text.begin() + long(text.find("tall_block.obj")), '\n');
+  EXPECT_TRUE(error_of("scene.xml").starts_with(fmt::format("scene.xml:{}: ", line)))
+      << error_of("scene.xml");
+  EXPECT_NE(error_of("scene.xml").find("tall_block.obj"), std::string::npos);
+  EXPECT_EQ(error_of("none.xml"), "none.xml: no such file");
 }
 
 // Everything else is refused.
