@@ -98,7 +98,7 @@ export function testIn(name) {
         const numbers = await live.numbers();
         return numbers['error against the converged picture'];
       };
-      const {samples} = await live.picture(64), healthy = await errorOf();
+      const {samples} = await live.picture(32), healthy = await errorOf();
       await live.chooseText('fault', 'webgl-demo', 'A');
       assert.match(await live.text('[data-of=A] .fault'), /--fault webgl-demo/);
       await live.picture(samples);
