@@ -11,11 +11,6 @@ programs := povray blender python3 openimageio-tools gnuplot-nox
 # For the test of the report's page in a browser, which is skipped where they can't be had.
 browser := chromium chromium-driver python3-selenium
 
-# For `make lessons`: the renderer's core as WebAssembly, and what makes pages.
-web := clang-19 lld-19 libc++-19-dev-wasm32 libc++abi-19-dev-wasm32 libclang-rt-19-dev-wasm32 wasi-libc esbuild \
-  python3-markdown
-python = $(firstword $(wildcard /usr/bin/python3) python3)
-
 # For `make lint`. Other versions find other things; Debian 12 and 13 both have this one of LLVM.
 # They have no ruff, which comes from PyPI.
 llvm := 19
@@ -26,10 +21,12 @@ linters := clang-format-$(llvm) clang-tidy-$(llvm) python3-venv
 fuzzers := clang-$(llvm) libclang-rt-$(llvm)-dev
 fuzzed := picture comparison gate card scene mesh
 
-# For the live page: Clang and C++ libraries for WebAssembly, a bundler, and the headers of the core.
+# For the live page and the lessons: Clang and C++ libraries for WebAssembly, a bundler, the headers of
+# the core, and what makes pages of Markdown. They are Debian's Python's.
 page_tools := clang-$(llvm) lld-$(llvm) wasi-libc libc++-$(llvm)-dev-wasm32 libc++abi-$(llvm)-dev-wasm32 \
   libclang-rt-$(llvm)-dev-wasm32 esbuild cmake ninja-build python3 openimageio-tools libboost-math-dev \
-  libfmt-dev libhwy-dev libimath-dev libopenimageio-dev nlohmann-json3-dev
+  libfmt-dev libhwy-dev libimath-dev libopenimageio-dev nlohmann-json3-dev python3-markdown
+python = $(firstword $(wildcard /usr/bin/python3) python3)
 
 # For its tests and linter, which are skipped where these can't be had. package.json has the rest.
 node_tools := nodejs npm chromium firefox-esr
@@ -44,7 +41,7 @@ scenes := cornell seed
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps page-deps node-deps configure build test lint sanitize fuzz gate report page \
+.PHONY: help deps page-deps node-deps configure build test lint sanitize fuzz gate report core page \
   page-test bench references check-references stress stress-truth lamp-sampling power \
   lesson-pictures lessons charts pictures clean
 
@@ -186,11 +183,13 @@ report: configure
 	cmake --build build --parallel $(jobs) --target plumb
 	python3 report/make_report.py build/plumb
 
-page: page-deps
+core: page-deps
 	LLVM=$(llvm) cmake -S web -B build-web $(if \
 	  $(wildcard build-web/CMakeCache.txt),,-G "$(generator)" -DCMAKE_TOOLCHAIN_FILE=$(CURDIR)/web/wasi.cmake)
 	cmake --build build-web --parallel $(jobs)
-	python3 web/make_page.py build-web/plumbline.wasm out/plumbline.html
+
+page: core
+	$(python) web/make_page.py build-web/plumbline.wasm out/plumbline.html
 
 # Without the other tests it is there minutes earlier.
 page-test: configure page node-deps
@@ -233,11 +232,7 @@ power: build
 	sed -i -e '/<!-- table: made by/,/<!-- end of table/{//!d}' -e '/<!-- table: made by/r out/power.md' \
 	  docs/power.md
 
-lessons: programs += $(web)
-lessons: deps
-	cmake -S web -B build-web $(if $(wildcard build-web/CMakeCache.txt),,-G "$(generator)") \
-	  -DCMAKE_TOOLCHAIN_FILE=$(CURDIR)/web/wasi.cmake
-	cmake --build build-web --parallel $(jobs)
+lessons: core
 	$(python) web/make_lessons.py build-web/plumbline.wasm out/lessons
 
 lesson-pictures: build
