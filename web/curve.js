@@ -11,11 +11,12 @@ function draw(parent, tag, attributes, text = '') {
   parent.append(node);
 }
 
-const powers = (low, high, base) => {
-  const first = Math.ceil(Math.log(low) / Math.log(base) - 1e-9);
-  const last = Math.floor(Math.log(high) / Math.log(base) + 1e-9);
-  return Array.from({length: Math.max(last - first + 1, 0)}, (_, i) => base ** (first + i));
-};
+/** Of 1, 2, 5, 10, ..., or of the powers of a base alone, those from `low` to `high`. */
+function ticks(low, high, steps, base) {
+  const first = Math.floor(Math.log(low) / Math.log(base)), last = Math.ceil(Math.log(high) / Math.log(base));
+  const all = Array.from({length: last - first + 1}, (_, i) => steps.map(step => step * base ** (first + i))).flat();
+  return all.filter(tick => tick >= low && tick <= high * (1 + 1e-9));
+}
 
 const percent = value => `${Number((100 * value).toPrecision(2))} %`;
 
@@ -32,13 +33,12 @@ export function drawCurve(svg, all) {
   const scale = (value, from, to) => Math.log(value / from) / Math.log(to / from);
   const x = samples => LEFT + (WIDTH - LEFT - RIGHT) * scale(samples, 1, most);
   const y = error => HEIGHT - BOTTOM - (HEIGHT - TOP - BOTTOM) * scale(error, low, high);
-  for (const samples of powers(1, most, most > 2000 ? 8 : 4)) {
+  for (const samples of ticks(1, most, [1], most > 2000 ? 8 : 4)) {
     draw(svg, 'line', {class: 'grid', x1: x(samples), x2: x(samples), y1: TOP, y2: HEIGHT - BOTTOM});
     draw(svg, 'text', {x: x(samples), y: HEIGHT - BOTTOM + 14, 'text-anchor': 'middle'}, samples);
   }
-  const tens = powers(low, high, 10);
-  const ticks = tens.length >= 2 ? tens : powers(low, high, 2);
-  for (const error of ticks) {
+  const levels = ticks(low, high, high / low > 30 ? [1] : [1, 2, 5], 10);
+  for (const error of levels) {
     draw(svg, 'line', {class: 'grid', x1: LEFT, x2: WIDTH - RIGHT, y1: y(error), y2: y(error)});
     draw(svg, 'text', {x: LEFT - 5, y: y(error) + 4, 'text-anchor': 'end'}, percent(error));
   }

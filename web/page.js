@@ -77,18 +77,21 @@ class Page {
     if (!builtIn) [...choices.options].find(option => option.value === '').text = title;
     choices.value = builtIn ? scene.base : '';
     find('#effects').hidden = scene.base !== 'seed';
-    await this.loadReferences();
+    this.references = {};
     this.settle();
+    await this.loadReferences();
     return true;
   }
 
   get isEdited() { return this.xml !== this.scene.original; }
 
   async loadReferences() {
-    const pictures = this.scenes[this.scene.base]?.pictures ?? {};
-    this.references = {};
-    for (const [word, picture] of Object.entries(pictures))
-      this.references[word] = {...picture, values: await radianceOf(picture)};
+    const {scene} = this, references = {};
+    for (const [word, picture] of Object.entries(this.scenes[scene.base]?.pictures ?? {}))
+      references[word] = {...picture, values: await radianceOf(picture)};
+    if (this.scene !== scene) return;
+    this.references = references;
+    this.curves = [[], []];  // of errors against the reference from now on
     this.fillShow();
   }
 
