@@ -43,7 +43,7 @@ jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
 .PHONY: help deps page-deps node-deps configure build test lint sanitize fuzz gate report core page \
   page-test bench references check-references stress stress-truth lamp-sampling power \
-  lesson-pictures lessons charts pictures clean
+  lesson-pictures lessons charts pictures page-picture clean
 
 help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
@@ -70,6 +70,7 @@ help:
 	@echo "make lesson-pictures  renders the pictures, plots and tables of docs/lessons/ (10 minutes)"
 	@echo "make charts         puts the report's plots into docs/pictures/"
 	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
+	@echo "make page-picture   takes the picture of docs/page.md"
 	@echo "make clean   removes build/, build-debug/, build-fuzz/, build-web/, node_modules/ and out/"
 
 # Installs the packages $(1), and those of $(2) that can be had.
@@ -250,6 +251,10 @@ pictures: build
 	  build/plumb render reference_scenes/$$scene/scene.xml --size 512x512 --spp 4096 \
 	    -o docs/pictures/$$scene.png --exposure 0.5 || exit; \
 	done
+
+# In Chromium, by npm's packages.
+page-picture: page node-deps
+	node bench/page_picture.js docs/pictures/page.png
 
 clean:
 	rm -rf build build-debug build-fuzz build-web node_modules out

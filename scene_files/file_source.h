@@ -20,17 +20,17 @@ class FileSource {
   virtual std::string read(const std::filesystem::path& file) = 0;
 };
 
-// Files in no folder, by their names.
+// Files in no folder: of what a scene names, only the last part of the path counts.
 class FilesInMemory : public FileSource {
  public:
   explicit FilesInMemory(std::map<std::string, std::string> files) : files_(std::move(files)) {}
 
   bool exists(const std::filesystem::path& path) const override { return is_file(path); }
   bool is_file(const std::filesystem::path& path) const override {
-    return files_.contains(path.string());
+    return files_.contains(path.filename().string());
   }
   std::string read(const std::filesystem::path& file) override {
-    const auto found = files_.find(file.string());
+    const auto found = files_.find(file.filename().string());
     return found == files_.end() ? "" : found->second;
   }
 

@@ -480,6 +480,16 @@ TEST(FilesInMemory, HoldTheSameScenesAsOnADisk) {
   }
 }
 
+TEST(FilesInMemory, AreFoundInWhateverFolderTheSceneLooks) {
+  auto all = files_of(fs::path(PLUMB_SCENES) / "cornell");
+  const std::string there = "\"floor.obj", elsewhere = "\"../meshes/floor.obj";
+  std::string& text = all["scene.xml"];
+  text.replace(text.find(there), there.size(), elsewhere);
+  FilesInMemory files(all);
+  const fs::path on_disk = fs::path(PLUMB_SCENES) / "cornell/scene.xml";
+  EXPECT_EQ(told(read_scene("scene.xml", files)), told(read_scene(on_disk)));
+}
+
 TEST(FilesInMemory, AreRefusedWhereTheyAreMissing) {
   auto all = files_of(fs::path(PLUMB_SCENES) / "cornell");
   all.erase("tall_block.obj");
