@@ -303,12 +303,21 @@ PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane) {
   PackedLamp<T> lamp{};
   lamp.id = id;
   lamp.plane = plane;
-  lamp.radiance = pack<T>(surface.shape->radiance);
+  const Rgb& radiance = surface.shape->radiance;
+  lamp.radiance = pack<T>(radiance);
+  // Sets what chooses the lamp, but for its kind.
+  const auto set_strength = [&](double seen_area, const Vec3& center, double reach) {
+    lamp.strength = static_cast<T>((radiance.x + radiance.y + radiance.z) * seen_area);
+    lamp.middle = pack<T>(center);
+    lamp.squared_reach = static_cast<T>(reach * reach);
+  };
   if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
     lamp.kind = PackedLamp<T>::Kind::sphere;
     lamp.origin = pack<T>(sphere->center);
     lamp.radius = static_cast<T>(sphere->radius);
-    lamp.area = static_cast<T>(4.0 * std::numbers::pi * sphere->radius * sphere->radius);
+    const double disc = std::numbers::pi * sphere->radius * sphere->radius;
+    lamp.area = static_cast<T>(4.0 * disc);
+    set_strength(disc, sphere->center, sphere->radius);
     return lamp;
   }
   const auto& polygon = std::get<Polygon>(surface.geometry);
@@ -321,6 +330,7 @@ PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane) {
     lamp.x = pack<T>(x);
     lamp.y = pack<T>(y);
     lamp.area = static_cast<T>(x.cross(y).length() / 2.0);
+    set_strength(lamp.area, polygon.corners[0] + (x + y) / 3.0, std::max(x.length(), y.length()));
     return lamp;
   }
   lamp.kind = PackedLamp<T>::Kind::rectangle;
@@ -329,27 +339,8 @@ PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane) {
   lamp.x_length = static_cast<T>(x.length());
   lamp.y_length = static_cast<T>(y.length());
   lamp.area = static_cast<T>(x.length() * y.length());
+  set_strength(lamp.area, polygon.corners[0] + (x + y) / 2.0, (x + y).length() / 2.0);
   return lamp;
-}
-
-// Gives each lamp a share of the unit interval in proportion to its power, by which paths choose it
-// (Packet::sample_lamps() in simd/path-inl.h). A share that is smaller than `rare` holds too few of
-// the sampler's numbers to sample the lamp's points by them.
-template <typename T>
-void set_choice_by_power(std::vector<PackedLamp<T>>& lamps) {
-  const auto power = [](const PackedLamp<T>& lamp) {
-    return double{lamp.area} * (double{lamp.radiance.x} + lamp.radiance.y + lamp.radiance.z);
-  };
-  constexpr double rare = 1.0 / 256.0;
-  const double total = std::transform_reduce(lamps.begin(), lamps.end(), 0.0, std::plus{}, power);
-  double begin = 0.0;
-  for (PackedLamp<T>& lamp : lamps) {
-    lamp.choice_begin = static_cast<T>(begin);
-    lamp.probability = static_cast<T>(power(lamp) / total);
-    begin += power(lamp) / total;
-    lamp.choice_end = static_cast<T>(begin);
-    if (lamp.probability < rare) lamp.choice_step = unit_interval_step<T>;
-  }
 }
 
 // How far the polygon's middle is from its nearest edge.
@@ -479,7 +470,6 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     has_mirrors |= surface.shape->bsdf.kind == Bsdf::Kind::conductor;
     has_two_sided |= surface.shape->bsdf.two_sided;
   }
-  set_choice_by_power(lamps);
   const TreeBuilder<T> tree(list, growth, shapes.tree);
   const TreeBuilder<T> tree_of_occluders(list, growth, occluders.tree);
 }

@@ -107,10 +107,9 @@ struct PackedLamp {
   T id;
   T plane;  // Plane::id; of a sphere its own id
   PackedVec3<T> radiance;
-  T choice_begin;  // the lamp is chosen for u in [choice_begin, choice_end)
-  T choice_end;
-  T probability;  // of being chosen
-  T choice_step;  // between the sampler's numbers, where the share holds too few of them; else 0
+  PackedVec3<T> middle;
+  T squared_reach;  // of its farthest point from there
+  T strength;       // radiance, red, green and blue together, times the area that is seen from afar
   PackedVec3<T> origin;
   PackedVec3<T> x;
   PackedVec3<T> y;

@@ -121,6 +121,23 @@ Case sphere_lamp(const std::string& name, double radius, double distance, double
   return {name, scene, albedo * sine * sine * std::cos(tilt), {1, 1}};
 }
 
+// A point that lamps of all kinds light, none before another, each as if it were alone. The
+// brightest of all turns its back.
+Case lamps_of_all_kinds(const std::string& name, bool is_tilted) {
+  const Vec3 x(1, 0, 0), z(0, 0, 1), up(0, 1, 0), point(0, 0, 0);
+  const std::vector<Vec3> triangle{{-0.5, 1, -0.4}, {0.6, 1, -0.2}, {0.1, 1, 0.7}};
+  Case c = polygon_lamp(name, triangle, point, up);
+  const Case alone = rectangle_lamp("", {1.5, 2, -0.5}, x, z, point, up);
+  c.scene.shapes.push_back(parallelogram({1.5, 2, -0.5}, x, z, diffuse(0.0), 3.0));
+  const Case round = sphere_lamp("", 0.2, 1.5, -0.9);
+  c.scene.shapes.push_back(round.scene.shapes.back());
+  c.scene.shapes.back().radiance = Rgb(5.0);
+  c.scene.shapes.push_back(parallelogram({-0.5, 1, 2}, z, x, diffuse(0.0), 50.0));
+  c.radiance += 3.0 * alone.radiance + 5.0 * round.radiance;
+  if (is_tilted) c.scene = tilted(c.scene);
+  return c;
+}
+
 // Every wall emits 1 and reflects a: radiance is 1 + a + a^2 + ... = 1 / (1 - a) everywhere, and a
 // perfect mirror in the room shows nothing else.
 Case furnace(const std::string& name, double albedo, bool with_mirror) {
@@ -202,6 +219,8 @@ std::vector<Case> cases() {
   all.push_back(sphere_lamp("sphere_above", 0.5, 2.0, 0.0));
   all.push_back(sphere_lamp("sphere_aslant", 0.5, 1.2, 1.0));
   all.push_back(sphere_lamp("sphere_near", 1.0, 1.02, 0.1));
+  all.push_back(lamps_of_all_kinds("lamps_of_all_kinds", false));
+  all.push_back(lamps_of_all_kinds("lamps_of_all_kinds_tilted", true));
   all.push_back(furnace("furnace_50", 0.5, false));
   all.push_back(furnace("furnace_95", 0.95, false));
   all.push_back(furnace("furnace_80_with_mirror", 0.8, true));

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Maps from the unit square to directions towards a lamp. All densities are with respect to solid
-// angle, given that this lamp was chosen: they leave out PackedLamp::probability. `inverse_` means
-// one over, here and everywhere.
+// angle, given that this lamp was chosen. `inverse_` means one over, here and everywhere.
 #include "renderer/simd/warp-inl.h"
 
 #if defined(PLUMB_SIMD_LAMPS_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -286,6 +285,23 @@ HWY_INLINE LampSample<D> sample_lamp(const PackedLamp<hn::TFromD<D>>& lamp, V3<D
   if (lamp.kind == Kind::sphere) return sample_sphere(lamp, p, u, v);
   return lamp.kind == Kind::triangle ? sample_triangle(lamp, p, u, v)
                                      : sample_rectangle(lamp, p, u, v);
+}
+
+// In proportion to this a lamp is chosen at p: about the light that it sends there if nothing is in
+// the way, strength * cosine / distance^2. Never 0 where it sends light; bounded near the lamp,
+// whose middle tells little there.
+template <class D>
+HWY_INLINE Real<D> choice_weight(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p) {
+  using R = Real<D>;
+  const V3<D> from_middle = p - V3<D>(lamp.middle);
+  const R squared = dot(from_middle, from_middle), reach(lamp.squared_reach);
+  if (lamp.kind == PackedLamp<hn::TFromD<D>>::Kind::sphere) {
+    return select(squared > reach, R(lamp.strength) / squared, R(0));
+  }
+  const R height = dot(from_middle, V3<D>(lamp.normal));
+  const R cosine = height / sqrt(squared);
+  const R weight = R(lamp.strength) * (R(0.1f) + cosine) / (squared + reach);
+  return select(height > R(0), weight, R(0));
 }
 
 // One over the density with which sample_lamp() from p, on the lamp's bright side, yields the

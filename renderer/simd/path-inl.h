@@ -237,7 +237,7 @@ class Packet {
         samples_(job) {
     radiance_ = throughput_ = V3<D>(R(0));
     ray_ = {radiance_, radiance_, R(0)};
-    pdf_ = depth_ = R(0);
+    pdf_ = depth_ = choice_weights_ = R(0);
     alive_ = busy_ = Bool<D>::none();
     light_ = {ray_, R(0), R(0), radiance_, alive_};
     surface_ = surface_interaction({R(0), R(0)});
@@ -399,10 +399,12 @@ class Packet {
       V3<D> light = throughput_ * V3<D>(lamp.radiance);
       const Bool<D> is_delta = pdf_ == R(delta<T>);
       if (settings_.method == Method::mis) {
-        // MIS: sampling the lamp finds this point with the density probability / inverse; not along
+        // MIS: sampling the lamp finds this point with the density choice / inverse; not along
         // a delta's direction, where infinity times 0 would be undefined.
         const R inverse = estimator_.inverse_lamp_pdf(lamp, ray_.origin, hit.distance);
-        const R lamp_over_bsdf = R(lamp.probability) / (pdf_ * inverse);
+        const R of_lamp = choice_weight_at(lamp, ray_.origin);
+        const R choice = select(of_lamp > R(0), of_lamp / choice_weights_, R(0));
+        const R lamp_over_bsdf = choice / (pdf_ * inverse);
         const R weight = balance_heuristic_of_ratio(select(is_delta, R(0), lamp_over_bsdf));
         light = light * weight;
         lit = lit & (weight > R(0));  // not where lamp and origin touch and nothing is defined
@@ -413,33 +415,50 @@ class Packet {
     }
   }
 
-  // Next event estimation: a lamp for each path, chosen by its share (set_choice_by_power() in
-  // packed_scene.cpp), and a point on it.
+  // What a lamp is chosen in proportion to, at a point.
+  R choice_weight_at(const PackedLamp<T>& lamp, V3<D> p) const {
+    return scene_.lamps.size() == 1 ? R(1) : choice_weight<D>(lamp, p);
+  }
+
+  // Next event estimation: a lamp for each path, chosen by what it may send to the point, and a
+  // point on it.
   void sample_lamps(const Sample<D>& sample) {
     Bool<D> left = alive_ & !surface_.bsdf.is_mirror;
     if (!settings_.bounces.is_everything()) left = left & counts(depth_ + R(1));
+    choice_weights_ = R(0);
     for (const auto& lamp : scene_.lamps) {
-      const bool is_last = &lamp == &scene_.lamps.back();
-      const Bool<D> chosen = is_last ? left : left & (sample.u < R(lamp.choice_end));
+      choice_weights_ = choice_weights_ + choice_weight_at(lamp, surface_.point);
+    }
+    const R target = sample.u * choice_weights_;
+    R begin(0);
+    for (const auto& lamp : scene_.lamps) {
+      const R weight = choice_weight_at(lamp, surface_.point);
+      const R end = begin + weight;
+      const Bool<D> chosen = left & (target < end);
       left = left & !chosen;
-      if (!chosen.any()) continue;
-      // Below the last bit of `u`, `w` says where in a rare lamp's share it lies. Rounding may make
-      // it a little more than 1, which does the maps no harm.
-      const R in_share = fma(sample.w, R(lamp.choice_step), sample.u - R(lamp.choice_begin));
-      const R u = in_share / R(lamp.probability);
-      set_direct_light(lamp, chosen, estimator_.sample_lamp(lamp, surface_.point, u, sample.v));
+      if (chosen.any()) {
+        // Below the last bit of `u`, `w` says where in a rare lamp's share it lies. Rounding may
+        // make it a little more than 1, which does the maps no harm.
+        const R step = choice_weights_ / weight * R(unit_interval_step<T>);
+        const R rare = select(weight < choice_weights_ * R(T{1} / 256), step, R(0));
+        const R u = fma(sample.w, rare, (target - begin) / weight);
+        set_direct_light(lamp, chosen, weight / choice_weights_,
+                         estimator_.sample_lamp(lamp, surface_.point, u, sample.v));
+      }
+      begin = end;
     }
   }
 
   // Keeps throughput * f * cosine / p * radiance of the sampled point for the shadow ray. The
-  // density p is that of the lamp's choice, `probability`, times that of the direction to the
-  // point, 1 / inverse_pdf. With MIS, the balance heuristic's weight is folded in:
+  // density p is that of the lamp's choice, `choice`, times that of the direction to the point,
+  // 1 / inverse_pdf. With MIS, the balance heuristic's weight is folded in:
   //
   //   f / p * p / (p + q) = f / (p + q)
-  void set_direct_light(const PackedLamp<T>& lamp, Bool<D> chosen, const LampSample<D>& to_lamp) {
+  void set_direct_light(const PackedLamp<T>& lamp, Bool<D> chosen, R choice,
+                        const LampSample<D>& to_lamp) {
     const BsdfLanes<D>& bsdf = surface_.bsdf;
     const R f_cosine = bsdf.eval(to_lamp.direction);  // over the reflectance
-    R pdf(lamp.probability);  // p, then p + q: here and below times inverse_pdf
+    R pdf = choice;  // p, then p + q: here and below times inverse_pdf
     if (settings_.method == Method::mis) {
       pdf = estimator_.sum_of_pdfs(pdf, bsdf.pdf(to_lamp.direction) * to_lamp.inverse_pdf);
     }
@@ -486,6 +505,7 @@ class Packet {
   R pdf_;    // of the ray's direction
   R depth_;  // bounces so far
   V3<D> throughput_, radiance_;
+  R choice_weights_;  // of all lamps where the ray begins
   SurfaceInteraction<D> surface_;
   DirectLight<D> light_;
   int64_t rays_ = 0;
