@@ -100,7 +100,7 @@ TEST_F(ConvergeCommand, ChartsWhatItFindsAndSaysWhatItCantUse) {
       plumb("chart " + pictures + "anyone.png=untimed,64 --reference ref.exr -o a.png");
   EXPECT_EQ(chart.exit_code, 2);
   EXPECT_TRUE(contains(chart.output, "plumbline nee sobol")) << chart.output;
-  EXPECT_TRUE(contains(chart.output, "small.exr: the test has 16 x 16 pixels"));
+  EXPECT_TRUE(contains(chart.output, "small.exr: the test shows 16 x 16 pixels"));
   EXPECT_TRUE(contains(chart.output, "lonely: a fit needs four pictures"));
   EXPECT_TRUE(fs::exists(folder / "a.png"));
   const Result untimed =
