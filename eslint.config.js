@@ -8,7 +8,7 @@ const named = text => Object.fromEntries(text.split(' ').map(name => [name, 'rea
 const shared = 'console performance TextDecoder TextEncoder Blob Response URL WebAssembly setTimeout ' +
   'clearTimeout atob btoa CompressionStream DecompressionStream';
 const page = named(`${shared} window document location history navigator innerWidth Node Option Worker DOMParser ` +
-  'XMLSerializer ResizeObserver requestAnimationFrame cancelAnimationFrame postMessage');
+  'XMLSerializer IntersectionObserver ResizeObserver requestAnimationFrame cancelAnimationFrame postMessage');
 
 export default [
   {files: ['web/*.js', 'report/pictures.js'], rules, languageOptions: {globals: {...page, onmessage: 'writable'}}},

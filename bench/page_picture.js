@@ -10,7 +10,7 @@ const SAMPLES = 400;
 const browser = await launch('chrome', tmpdir());
 if (!browser) throw new Error('There is no Chromium here');
 const page = await browser.newPage();
-await page.setViewport({width: 1180, height: 1010});
+await page.setViewport({width: 1180, height: 1230});
 await page.goto(new URL('out/plumbline.html#seed', ROOT).href);
 await page.waitForFunction(most => Number(document.body.dataset.samples) >= most, {timeout: 120000}, SAMPLES);
 await page.screenshot({path: process.argv[2]});
