@@ -134,7 +134,8 @@ std::vector<Plane<T>> list_backs(const Vec3& eye, const std::vector<PlacedSurfac
   std::vector<Plane<T>> backs;
   for (const PlacedSurface& surface : surfaces) {
     const auto* polygon = std::get_if<Polygon>(&surface.geometry);
-    if (polygon == nullptr || surface.of_solid || surface.shape->bsdf.two_sided) continue;
+    const bool is_wall = polygon != nullptr && !surface.of_solid && !surface.of_tree;
+    if (!is_wall || surface.shape->bsdf.two_sided) continue;
     const Vec3& corner = polygon->corners[0];
     if (surface.flat_normal.dot(eye - corner) >= 0.0) continue;
     if (reach(surface, surfaces).first < -size) continue;
@@ -298,16 +299,18 @@ class TreeBuilder {
   std::vector<size_t> order_;
 };
 
+double light_of(const Shape& shape) { return shape.radiance.dot(Rgb(1.0)); }
+
+// `brightest` is the light_of() the brightest lamp.
 template <typename T>
-PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane) {
+PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane, double brightest) {
   PackedLamp<T> lamp{};
   lamp.id = id;
   lamp.plane = plane;
-  const Rgb& radiance = surface.shape->radiance;
-  lamp.radiance = pack<T>(radiance);
+  lamp.radiance = pack<T>(surface.shape->radiance);
   // Sets what chooses the lamp, but for its kind.
   const auto set_strength = [&](double seen_area, const Vec3& center, double reach) {
-    lamp.strength = static_cast<T>((radiance.x + radiance.y + radiance.z) * seen_area);
+    lamp.strength = static_cast<T>(light_of(*surface.shape) / brightest * seen_area);
     lamp.middle = pack<T>(center);
     lamp.squared_reach = static_cast<T>(reach * reach);
   };
@@ -452,6 +455,8 @@ PackedScene<T>::PackedScene(const Scene& scene) {
   surfaces.stride = static_cast<int>((list.size() / 64 + 1) * 64);
   surfaces.values.assign(size_t{SurfaceTable<T>::columns} * size_t(surfaces.stride), T{0});
   const std::vector<int> planes = first_coplanar(list);
+  double brightest = 0.0;
+  for (const Shape& shape : scene.shapes) brightest = std::max(brightest, light_of(shape));
   for (int i = 0; i < static_cast<int>(list.size()); ++i) {
     const PlacedSurface& surface = list[size_t(i)];
     const T id = static_cast<T>(i);
@@ -464,7 +469,7 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     if (!is_wall || !bounds_the_scene(surface, list)) {
       add_surface<T>(surface, starts_solid, growth, id, plane, occluders);
     }
-    if (surface.shape->is_lamp()) lamps.push_back(pack_lamp<T>(surface, id, plane));
+    if (surface.shape->is_lamp()) lamps.push_back(pack_lamp<T>(surface, id, plane, brightest));
     set_row(surfaces, i, first, surface, growth);
     has_coplanar |= first != i;
     has_mirrors |= surface.shape->bsdf.kind == Bsdf::Kind::conductor;

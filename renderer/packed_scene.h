@@ -109,7 +109,7 @@ struct PackedLamp {
   PackedVec3<T> radiance;
   PackedVec3<T> middle;
   T squared_reach;  // of its farthest point from there
-  T strength;       // radiance, red, green and blue together, times the area that is seen from afar
+  T strength;  // radiance, in that of the brightest lamp, times the area that is seen from afar
   PackedVec3<T> origin;
   PackedVec3<T> x;
   PackedVec3<T> y;
