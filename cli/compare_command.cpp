@@ -337,7 +337,8 @@ Result judge_parts(const Options& options, const FramesError& error) {
     numbers[part] = std::move(result.json);
   }
   all.report += all.explanation.substr(0, all.explanation.find('\n') + 1);
-  all.json = to_json(all.verdict, all.explanation, {options.test, options.reference, ""});
+  all.json = to_json(all.verdict, all.explanation,
+                     {printable(options.test), printable(options.reference), ""});
   all.json["parts"] = std::move(numbers);
   return all;
 }

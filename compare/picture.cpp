@@ -357,7 +357,7 @@ void leave_out_overscan(Picture& test, Picture& reference) {
     if (display.width == picture->image.width && display.height == picture->image.height) continue;
     reframe(*picture, display);
     picture->image.notes.emplace_back(
-        "What lies outside of that was left out, as the other picture has another frame.");
+        "What lies outside its display window was left out: the other picture has another frame.");
   }
 }
 

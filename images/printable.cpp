@@ -24,9 +24,14 @@ size_t visible_length(std::string_view text) {
     code = code << 6 | (byte(i) & 0x3fU);
   }
   constexpr unsigned least[] = {0, 0, 0xa0, 0x800, 0x10000};
+  // Characters without width and those that turn the direction of writing would hide or reorder
+  // text.
+  const bool is_hidden = (code >= 0x200b && code <= 0x200f) || (code >= 0x2028 && code <= 0x202e) ||
+                         (code >= 0x2060 && code <= 0x206f) || code == 0xfeff;
   const bool is_surrogate = code >= 0xd800 && code < 0xe000;
   const bool is_no_character = code > 0x10ffff || (code & 0xfffeU) == 0xfffe;  // XML has none
-  return code < least[length] || is_surrogate || is_no_character ? 0 : length;
+  const bool is_bad = code < least[length] || is_surrogate || is_no_character || is_hidden;
+  return is_bad ? 0 : length;
 }
 
 }  // namespace
