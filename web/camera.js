@@ -18,13 +18,15 @@ export const upAxisOf = camera => camera.up.map(Math.abs).reduce((best, size, i,
 
 const axisVector = (camera, axis) => [0, 1, 2].map(i => i === axis ? Math.sign(camera.up[axis]) || 1 : 0);
 
+const isMirrored = camera => dot(cross(camera.forward, camera.up), camera.right) < 0;
+
 /** The camera with another origin and direction, upright. */
 function aim(camera, origin, forward, axis) {
   const up = axisVector(camera, axis);
-  // Scenes may be mirrored: what was to the right stays there.
-  const isMirrored = dot(cross(camera.forward, camera.up), camera.right) < 0;
-  const right = times(normalize(cross(forward, up)), isMirrored ? -1 : 1);
-  const upright = times(cross(right, forward), isMirrored ? -1 : 1);
+  // What was to the right stays there.
+  const hand = isMirrored(camera) ? -1 : 1;
+  const right = times(normalize(cross(forward, up)), hand);
+  const upright = times(cross(right, forward), hand);
   return {...camera, origin, forward, right, up: upright};
 }
 
@@ -54,5 +56,5 @@ export const zoom = (camera, pivot, factor) =>
   ({...camera, origin: add(pivot, times(subtract(camera.origin, pivot), factor))});
 
 /** What a <lookat> says of it. */
-export const lookAt = (camera, pivot) => ({origin: camera.origin, up: camera.up,
+export const lookAt = (camera, pivot) => ({origin: camera.origin, up: camera.up, isMirrored: isMirrored(camera),
   target: add(camera.origin, times(camera.forward, length(subtract(pivot, camera.origin))))});

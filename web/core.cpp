@@ -3,17 +3,17 @@
 // The renderer as a WebAssembly module: what the page calls. Strings and arrays pass through the
 // module's memory. Each worker of the page has a module of its own, which renders its share of
 // the pixels: chunks of 64, of which worker k of n takes the k-th, the (k + n)-th and so on.
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <functional>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "renderer/faults.h"
@@ -64,24 +64,22 @@ json describe(const Shape& shape) {
       high[i] = std::max(high[i], p[i]);
     }
   };
-  json corners = json::array();
+  size_t faces = 0;  // of a sphere none
   if (const auto* sphere = std::get_if<Sphere>(&shape.geometry)) {
     include(sphere->center - Vec3(sphere->radius));
     include(sphere->center + Vec3(sphere->radius));
   } else {
-    for (const Polygon& face : std::get<Mesh>(shape.geometry)) {
-      json polygon = json::array();
-      for (const Vec3& corner : face.corners) {
-        include(corner);
-        polygon.push_back(to_json(corner));
-      }
-      corners.push_back(polygon);
+    const Mesh& mesh = std::get<Mesh>(shape.geometry);
+    faces = mesh.size();
+    for (const Polygon& face : mesh) {
+      for (const Vec3& corner : face.corners) include(corner);
     }
   }
   return {{"id", shape.id},
-          {"faces", corners},
+          {"faces", faces},
           {"low", to_json(low)},
           {"high", to_json(high)},
+          {"twoSided", shape.bsdf.two_sided},
           {"mirror", shape.bsdf.kind == Bsdf::Kind::conductor},
           {"reflectance", to_json(shape.bsdf.reflectance)},
           {"radiance", to_json(shape.radiance)}};
@@ -126,7 +124,7 @@ EXPORT(release) void release(void* memory) { std::free(memory); }
 EXPORT(answer) const char* last_answer() { return answer.data(); }
 EXPORT(answer_size) size_t answer_size() { return answer.size(); }
 
-// Puts a file of a scene into memory.
+// Puts a file into memory for the next scene.
 EXPORT(add_file) void add_file(const char* name, size_t size, const char* bytes, size_t count) {
   files[std::string(name, size)] = std::string(bytes, count);
 }
@@ -135,7 +133,7 @@ EXPORT(add_file) void add_file(const char* name, size_t size, const char* bytes,
 // remains.
 EXPORT(load) int load(const char* name, size_t size) {
   try {
-    FilesInMemory source(files);
+    FilesInMemory source(std::exchange(files, {}));
     scene = read_scene(std::string(name, size), source);
     return told(describe());
   } catch (const std::exception& error) {
@@ -215,8 +213,9 @@ EXPORT(pick) int pick(double x, double y) {
                 scene.camera.direction(x * scene.camera.width, y * scene.camera.height)};
   const auto surfaces = list_surfaces(scene);
   auto [surface, distance] = find_nearest(surfaces, ray, 0.0);
-  // Not the back of a wall, through which the camera looks.
-  while (surface != nullptr && surface->normal(ray.at(distance)).dot(ray.direction) > 0.0) {
+  // Not a one-sided back: the camera looks through those of walls.
+  while (surface != nullptr && !surface->shape->bsdf.two_sided &&
+         surface->normal(ray.at(distance)).dot(ray.direction) > 0.0) {
     std::tie(surface, distance) = find_nearest(surfaces, ray, distance * (1.0 + 1e-9));
   }
   if (surface == nullptr) return told(nullptr);

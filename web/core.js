@@ -50,7 +50,7 @@ export class Core {
   }
 
   /**
-   * Reads the scene `files[name]`, a text, and the files that it names. Returns its camera, shapes,
+   * Reads the scene `files[name]` and the files that it names, texts or bytes, and no others. Returns its camera, shapes,
    * bounces and notes. Throws CoreError; the scene before remains then.
    */
   load(files, name) {
@@ -93,8 +93,10 @@ export class Core {
   textAt(at, size) {
     return new TextDecoder().decode(new Uint8Array(this.exports.memory.buffer, at, size));
   }
-  withBytes(text, use) {
-    const bytes = new TextEncoder().encode(text), at = this.exports.allocate(bytes.length);
+  withBytes(content, use) {
+    const bytes = typeof content === 'string' ? new TextEncoder().encode(content) : content;
+    const at = this.exports.allocate(bytes.length);
+    if (at === 0 && bytes.length > 0) throw new Error('The core has no memory left.');
     new Uint8Array(this.exports.memory.buffer, at, bytes.length).set(bytes);
     const result = use(at, bytes.length);
     this.exports.release(at);

@@ -39,7 +39,7 @@ struct alignas(16) Header {
 
 Header* caught = nullptr;
 
-// Called with a pointer to its own object, so that no other pointer has to be known.
+// Landing pads get the pointer that is thrown here.
 [[noreturn]] void raise(Header* header) {
   constexpr int cpp_exception = 0;
   __builtin_wasm_throw(cpp_exception, header);

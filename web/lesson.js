@@ -115,6 +115,8 @@ class Figure {
   }
 
   begin() {
+    if (this.hasRested) this.halt(false);
+    this.hasRested = false;
     const {files, name} = this.scene, {parameters} = this.settingsOf(this.names[0]);
     const xml = Object.entries(parameters).reduce((text, [parameter, value]) =>
       text.replace(new RegExp(`(<default name="${parameter}" value=")[^"]*`), `$1${value}`), files[name]);
@@ -154,7 +156,10 @@ class Figure {
 
   receive(number, picture) {
     this.pictures[number] = picture;
-    if (picture.samples >= ENOUGH) this.halt(true);
+    if (picture.samples >= ENOUGH && !this.hasRested) {
+      this.hasRested = true;
+      this.halt(true);
+    }
     this.drawing ??= setTimeout(() => {
       this.drawing = null;
       this.draw();
@@ -216,7 +221,8 @@ async function start() {
   const observer = new IntersectionObserver(entries => entries.forEach(({target, isIntersecting}) => {
     if (isIntersecting && !figures.has(target)) {
       figures.set(target, new Figure(target, core, module, data));
-      figures.get(target).start();
+      const figure = figures.get(target);
+      figure.start().catch(error => figure.say(error.message));
     }
     figures.get(target)?.show(isIntersecting);
   }));

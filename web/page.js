@@ -2,7 +2,7 @@
 
 // The live page: its controls, and what they do to scene and pictures.
 import {lookAt, orbit, pan, upAxisOf, zoom} from './camera.js';
-import {Core, CoreError} from './core.js';
+import {Core, CoreError, MOST_BOUNCES} from './core.js';
 import {drawCurve} from './curve.js';
 import {FULL_COLOUR, showDifference, showOverlay, showPictures} from './display.js';
 import {EFFECTS} from './effects.js';
@@ -46,7 +46,7 @@ class Page {
     this.curves = [[], []];
     this.references = {};
     this.selected = -1;
-    this.without = null;  // the bounces that leave out the effect that is looked at
+    this.effect = null;  // that is looked at
     renderer.onPicture = (number, picture) => this.receive(number, picture);
     renderer.onTrouble = text => this.say(text, true);
     this.fillControls();
@@ -61,6 +61,9 @@ class Page {
     const files = {...builtIn?.files, ...scene.files}, name = scene.name ?? 'scene.xml';
     const xml = scene.xml ?? files[name];
     const before = this.scene;
+    cancelAnimationFrame(this.frame);
+    clearTimeout(this.resting);
+    this.frame = null;
     this.scene = {base: scene.base, name, files, own: scene.files ?? {}, original: builtIn?.files[name] ?? null};
     if (!this.apply(xml)) {
       this.scene = before;
@@ -68,8 +71,10 @@ class Page {
     }
     this.past = [xml];
     this.now = 0;
+    this.upAxis = upAxisOf(this.camera);
     this.select(-1);
     this.chooseEffect(null);
+    this.setBounces(this.description.bounces);
     this.curves = [[], []];
     const title = builtIn?.title ?? name;
     const choices = this.panel.scene;
@@ -112,14 +117,18 @@ class Page {
     const {shapes, camera} = this.description;
     this.canEdit = this.document.shapes.length === shapes.length;
     this.camera = camera;
-    this.upAxis ??= upAxisOf(camera);
     if (this.selected >= shapes.length) this.selected = -1;
     return true;
   }
 
-  /** Changes the document by `edit`, at most once per frame while something moves. */
+  /** Changes shapes of the document. */
   edit(edit, isMoving = false) {
-    if (!this.canEdit) return this.say('The shapes of a scene that includes other files can’t be edited here.', true);
+    if (this.canEdit) return this.change(edit, isMoving);
+    return this.say('Shapes that stand in included files can’t be changed here.', true);
+  }
+
+  /** Changes the document by `edit`, at most once per frame while something moves. */
+  change(edit, isMoving) {
     edit(this.document);
     if (!isMoving) {
       if (this.apply(this.document.xml())) this.settle();
@@ -144,7 +153,7 @@ class Page {
     this.isMoving = false;
     if (this.past[this.now] !== this.xml) {
       this.past.splice(++this.now, Infinity, this.xml);
-      if (this.isEffectCamera !== this.xml) this.chooseEffect(null);
+      if (this.effectXml !== this.xml) this.chooseEffect(null);
     }
     this.panel.undo.disabled = this.now === 0;
     this.panel.redo.disabled = this.now === this.past.length - 1;
@@ -155,22 +164,27 @@ class Page {
   }
 
   async updateAddress() {
-    const {base, name, own} = this.scene;
-    const fragment = this.isEdited ? await fragmentOf({base, name, files: own, xml: this.xml}) : `#${base}`;
-    if (location.hash !== fragment) history.replaceState(null, '', fragment);
+    const {scene: {base, name, own}, xml} = this;
+    const fragment = this.isEdited ? await fragmentOf({base, name, files: own, xml}) : `#${base}`;
+    if (xml === this.xml && location.hash !== fragment) history.replaceState(null, '', fragment);
   }
 
   step(by) {
+    if (this.isMoving) this.settle();
     const xml = this.past[this.now + by];
     if (xml === undefined) return;
     this.now += by;
+    this.select(-1);
+    this.chooseEffect(null);
     this.apply(xml);
     this.settle();
   }
 
   async openFiles(list) {
     const files = {};
-    for (const file of list) files[file.name] = await file.text();
+    for (const file of list) {
+      files[file.name] = file.name.endsWith('.ply') ? new Uint8Array(await file.arrayBuffer()) : await file.text();
+    }
     const name = Object.keys(files).find(file => file.endsWith('.xml'));
     if (!name) return this.say('There is no scene file (.xml) among them.', true);
     return this.open({base: null, name, files});
@@ -184,11 +198,11 @@ class Page {
       link.click();
       setTimeout(() => URL.revokeObjectURL(link.href), 10000);
     };
-    const others = this.document.filenames.filter(name => name in this.scene.files);
+    const others = [...new Set(this.document.filenames)].filter(name => name in this.scene.files);
     offer(this.scene.name, this.xml);
-    for (const name of new Set(others)) offer(name, this.scene.files[name]);
-    this.say(`Saved ${[this.scene.name, ...new Set(others)].join(', ')}: plumb render and Mitsuba 3 read it. ` +
-      'They show the backs of walls, through which this page looks.', false);
+    for (const name of others) offer(name, this.scene.files[name]);
+    this.say(`Saved ${[this.scene.name, ...others].join(', ')}: plumb render and Mitsuba 3 read it, with the other files ` +
+      'where it names them. They show the backs of walls, through which this page looks.', false);
   }
 
   // -- Pictures
@@ -241,7 +255,8 @@ class Page {
     const errors = {claimed: claimedError(picture), true: reference && trueError(picture, reference)};
     const curve = this.curves[number], last = curve.at(-1);
     const error = errors.true ?? errors.claimed;
-    if (!this.isMoving && error > 0 && (!last || picture.samples >= 1.1 * last[0]))
+    const isCurrent = this.renderer.pictures.get(number) === picture;
+    if (isCurrent && !this.isMoving && error > 0 && (!last || picture.samples >= 1.1 * last[0]))
       curve.push([picture.samples, error]);
     return errors;
   }
@@ -254,7 +269,7 @@ class Page {
     const split = compares ? Number(find('#split').value) : null;
     const reference = this.references[this.panel.show.value];
     const {width, height} = a.settings;
-    const isDifference = reference && !this.isEdited && width === 256;
+    const isDifference = reference && !this.isEdited && width === this.references.plumbline.width;
     if (isDifference) {
       const halves = reference.width < width;
       showDifference(canvas, reference.width, reference.height, halves ? halved(a.mean, width, height) : a.mean,
@@ -264,7 +279,10 @@ class Page {
     }
     find('.split').hidden = split === null || isDifference;
     const legend = find('.legend');
-    legend.hidden = !isDifference;
+    legend.hidden = !reference;
+    if (reference && !isDifference && !this.isMoving) {
+      legend.textContent = `The stored pictures have ${this.references.plumbline.width} pixels: choose that size to subtract them.`;
+    }
     if (isDifference) {
       legend.textContent = `Red where this picture is brighter than ${reference.title}, blue where it is darker; in full ` +
         `colour from ${percent(FULL_COLOUR)} on${reference.width < width ? '. Means of 2 × 2 pixels' : ''}.`;
@@ -316,10 +334,11 @@ class Page {
   }
 
   move(camera) {
+    if (!this.document.sensor) return this.say('The camera stands in an included file and can’t be moved here.', true);
     const pivot = this.pivot;
     this.camera = camera;
-    this.edit(scene => scene.look(lookAt(camera, pivot)), true);
-    this.rest();
+    this.change(scene => scene.look(lookAt(camera, pivot)), true);
+    return this.rest();
   }
 
   rest() {
@@ -332,7 +351,7 @@ class Page {
     const {shapes} = this.description, {faces, radiance, low, high} = shapes[index];
     const box = boxOf(shapes), whole = subtract(box.high, box.low);
     const spans = subtract(high, low).filter((size, i) => size > 0.9 * whole[i] && whole[i] > 0).length;
-    return radiance.some(light => light > 0) || faces.length === 0 || faces.length > 2 || spans < 2;
+    return radiance.some(light => light > 0) || faces === 0 || faces > 2 || spans < 2;
   }
 
   press(x, y) {
@@ -360,16 +379,17 @@ class Page {
   /** A step of a thing, cut where it would leave the room in which it is. */
   within(shape, step) {
     const {low, high} = this.description.shapes[shape], room = this.room;
+    if (!room) return step;
     return step.map((part, i) => {
       const isInside = low[i] >= room.low[i] && high[i] <= room.high[i];
       return isInside ? Math.max(room.low[i] - low[i], Math.min(part, room.high[i] - high[i])) : part;
     });
   }
 
-  /** The box around what does not move, or around everything. */
+  /** The box around what does not move, if there is such. */
   get room() {
-    const {shapes} = this.description, walls = shapes.filter((_, i) => !this.isMovable(i));
-    return boxOf(walls.length > 0 ? walls : shapes);
+    const walls = this.description.shapes.filter((_, i) => !this.isMovable(i));
+    return walls.length > 0 ? boxOf(walls) : null;
   }
 
   // -- Things
@@ -381,7 +401,7 @@ class Page {
   }
 
   addThing(kind) {
-    const {low, high} = this.room;
+    const {low, high} = this.room ?? boxOf(this.description.shapes);
     const middle = times(add(low, high), 0.5), size = 0.12 * Math.min(...subtract(high, low).filter(side => side > 0));
     const isUp = this.camera.up[this.upAxis] > 0;
     // On the floor, in the middle.
@@ -396,7 +416,7 @@ class Page {
     const {low, high, faces} = this.description.shapes[this.selected];
     const about = times(add(low, high), 0.5);
     // What stands stays on its floor.
-    if (faces.length !== 1) about[this.upAxis] = (this.camera.up[this.upAxis] > 0 ? low : high)[this.upAxis];
+    if (faces !== 1) about[this.upAxis] = (this.camera.up[this.upAxis] > 0 ? low : high)[this.upAxis];
     this.edit(scene => scene.scale(this.selected, factor, about));
   }
 
@@ -413,7 +433,7 @@ class Page {
       this.edit(scene => scene.shine(selected, shape.radiance.map(light => light / most * value)));
     } else if (name === 'colour' || name === 'material') {
       const rgb = name === 'colour' ? toLinear(panel.colour.value) : shape.reflectance;
-      this.edit(scene => scene.paint(selected, panel.material.value === 'steel', rgb));
+      this.edit(scene => scene.paint(selected, panel.material.value === 'steel', rgb, shape.twoSided));
     }
     this.fillThing();
   }
@@ -430,21 +450,23 @@ class Page {
   // -- Effects
 
   chooseEffect(effect) {
-    this.without = effect?.without ?? null;
+    if (effect || this.effect) this.setBounces([0, Infinity]);
+    this.effect = effect;
     const without = this.panel.without;
     without.checked = false;
     without.closest('label').hidden = !effect;
     find('.told').textContent = effect ? effect.text : '';
     for (const button of find('#effects .buttons').children)
       button.setAttribute('aria-pressed', String(effect !== null && button.textContent === effect.title));
-    this.setBounces([0, Infinity]);
   }
 
-  async lookAtEffect(effect) {
-    if (this.isEdited) await this.open({base: 'seed'});
-    this.document.look(effect.look);
-    this.isEffectCamera = this.document.xml();
-    if (!this.apply(this.isEffectCamera)) return;
+  /** In the scene as it was before all edits, which undoing brings back. */
+  lookAtEffect(effect) {
+    if (this.isMoving) this.settle();
+    const scene = new SceneDocument(this.scene.original);
+    scene.look(effect.look);
+    this.effectXml = scene.xml();
+    if (!this.apply(this.effectXml)) return;
     this.chooseEffect(effect);
     this.settle();
   }
@@ -452,7 +474,7 @@ class Page {
   setBounces([first, last]) {
     const {A} = this.controls;
     A.first.value = first;
-    A.last.value = last === Infinity ? '' : last;
+    A.last.value = last >= MOST_BOUNCES ? '' : last;
   }
 
   // -- Controls
@@ -532,10 +554,10 @@ class Page {
       undo: () => this.step(-1), redo: () => this.step(1), save: () => this.save(), remove: () => this.remove(),
       sphere: () => this.addThing('sphere'), cube: () => this.addThing('cube'), link: () => this.copyLink(),
       pause: () => {
-        const isPaused = panel.pause.getAttribute('aria-pressed') !== 'true';
-        panel.pause.setAttribute('aria-pressed', String(isPaused));
-        panel.pause.textContent = isPaused ? 'Go on' : 'Pause';
-        this.renderer.pause(isPaused);
+        this.isPaused = !this.isPaused;
+        panel.pause.setAttribute('aria-pressed', String(this.isPaused));
+        panel.pause.textContent = this.isPaused ? 'Go on' : 'Pause';
+        this.renderer.pause(this.isPaused);
       },
     };
     form.onclick = ({target}) => { if (target.type === 'button') buttons[target.name]?.(); };
@@ -544,14 +566,14 @@ class Page {
       this.tellStops();
       this.draw();
     };
-    form.onchange = ({target}) => this.change(target);
+    form.onchange = ({target}) => this.changeControl(target);
     find('#split').oninput = () => this.draw();
     document.onkeydown = event => {
       const isTyping = event.target.matches('input[type=number], select');
       const key = event.ctrlKey || event.metaKey ? `ctrl ${event.key}` : event.key;
-      const acts = {'ctrl z': () => this.step(-1), 'ctrl y': () => this.step(1), 'ctrl Z': () => this.step(1)};
-      if (!isTyping) Object.assign(acts, {Delete: () => this.remove(), Escape: () => this.select(-1)});
-      if (!(key in acts)) return;
+      const acts = {'ctrl z': () => this.step(-1), 'ctrl y': () => this.step(1), 'ctrl Z': () => this.step(1),
+        Delete: () => this.remove(), Escape: () => this.select(-1)};
+      if (isTyping || !(key in acts)) return;
       event.preventDefault();
       acts[key]();
     };
@@ -560,8 +582,9 @@ class Page {
     document.ondrop = event => {
       if (!isFile(event)) return;
       event.preventDefault();
-      this.openFiles(event.dataTransfer.files);
+      this.openFiles(event.dataTransfer.files).catch(error => this.say(error.message, true));
     };
+    document.onvisibilitychange = () => this.renderer.pause(document.hidden || Boolean(this.isPaused));
     window.onhashchange = () => this.openAddress();
     new ResizeObserver(() => this.draw()).observe(find('#picture'));
     listen(find('#picture'), {
@@ -573,26 +596,35 @@ class Page {
     });
   }
 
-  change(input) {
+  changeControl(input) {
     const side = input.closest('.settings')?.dataset.of;
     if (input.name === 'scene' && input.value) this.open({base: input.value});
-    else if (input.name === 'open') this.openFiles(input.files).then(() => { input.value = ''; });
+    else if (input.name === 'open') this.openInput(input);
     else if (input.name === 'selected') this.select(Number(input.value));
     else if (input.closest('.thing')) this.changeThing(input.name);
     else if (side || ['compare', 'pixels', 'without'].includes(input.name)) this.changeSettings(input);
     else this.draw();
   }
 
+  async openInput(input) {
+    try {
+      await this.openFiles(input.files);
+    } catch (error) {
+      this.say(error.message, true);
+    }
+    input.value = '';  // so that the same file can be chosen again
+  }
+
   changeSettings(input) {
     find('.settings[data-of=B]').hidden = !this.panel.compare.checked;
-    if (input.name === 'without') this.setBounces(input.checked ? this.without : [0, Infinity]);
+    if (input.name === 'without') this.setBounces(input.checked ? this.effect.without : [0, Infinity]);
     this.tellFaults();
     this.begin();
   }
 
   async copyLink() {
-    await this.updateAddress();
     try {
+      await this.updateAddress();
       await navigator.clipboard.writeText(location.href);
       this.say('The link is copied. It holds the scene as it is now.', false);
     } catch {

@@ -37,7 +37,7 @@ export class Renderer {
     const generation = ++this.generation, size = 3 * settings.width * settings.height;
     this.pictures.set(number, {
       settings, generation, samples: 0, seconds: 0, passes: [], done: 0, last: 0, size: 1,
-      next: this.workers.map(() => 0), started: performance.now(),
+      next: this.workers.map(() => 0),
       mean: new Float32Array(size), variance: new Float32Array(size),
     });
     this.tell({act: 'begin', picture: number, generation, settings});
@@ -75,7 +75,7 @@ export class Renderer {
     if (data.act === 'pass') worker.isBusy = false;
     const p = this.pictures.get(data.picture), isStale = p?.generation !== data.generation;
     if (data.trouble !== undefined && !isStale) {
-      this.pictures.delete(data.picture);
+      this.end(data.picture);
       this.onTrouble(data.trouble);
     } else if (data.mean !== undefined && !isStale) {
       this.collect(p, k, data);

@@ -15,19 +15,22 @@ export class SceneDocument {
 
   xml() { return new XMLSerializer().serializeToString(this.document) + '\n'; }
 
+  get sensor() { return this.root.querySelector('sensor'); }
+
   get shapes() { return [...this.root.querySelectorAll('shape')]; }
 
-  /** The files that it names. */
+  /** The files that it names, without their folders. */
   get filenames() {
-    return [...this.root.querySelectorAll('string[name=filename]')].map(node => node.getAttribute('value'));
+    const named = [...this.root.querySelectorAll('string[name=filename], include[filename], spectrum[filename]')];
+    return named.map(node => (node.getAttribute('filename') ?? node.getAttribute('value')).split('/').at(-1));
   }
 
   // -- The camera
 
-  look({origin, target, up}) {
-    const sensor = this.root.querySelector('sensor');
-    const transform = this.transformOf(sensor);
-    transform.replaceChildren(this.make('lookat', {origin: list(origin), target: list(target), up: list(up)}));
+  look({origin, target, up, isMirrored}) {
+    const mirror = isMirrored ? [this.make('scale', {x: '-1'})] : [];
+    this.transformOf(this.sensor).replaceChildren(
+      ...mirror, this.make('lookat', {origin: list(origin), target: list(target), up: list(up)}));
   }
 
   // -- Shapes
@@ -70,8 +73,9 @@ export class SceneDocument {
   }
 
   /** A shape's surface becomes matte or steel. */
-  paint(index, isMirror, reflectance) {
-    const shape = this.shapes[index], bsdf = this.bsdf(isMirror, reflectance);
+  paint(index, isMirror, reflectance, isTwoSided) {
+    const shape = this.shapes[index], one = this.bsdf(isMirror, reflectance);
+    const bsdf = isTwoSided ? this.make('bsdf', {type: 'twosided'}, one) : one;
     const old = [...shape.children].filter(child => child.localName === 'bsdf' ||
       child.localName === 'ref' && this.byId(child.getAttribute('id'))?.localName === 'bsdf');
     if (old.length > 0) old[0].before(bsdf);
@@ -81,8 +85,11 @@ export class SceneDocument {
 
   /** Of a lamp. */
   shine(index, radiance) {
-    const emitter = this.shapes[index].querySelector('emitter');
-    emitter.replaceChildren(this.make('rgb', {name: 'radiance', value: list(radiance)}));
+    const shape = this.shapes[index], rgb = this.make('rgb', {name: 'radiance', value: list(radiance)});
+    const emitters = [...shape.children].filter(child => child.localName === 'emitter' ||
+      child.localName === 'ref' && this.byId(child.getAttribute('id'))?.localName === 'emitter');
+    emitters.forEach(emitter => emitter.remove());
+    shape.append(this.make('emitter', {type: 'area'}, rgb));
   }
 
   // -- Elements
@@ -124,8 +131,8 @@ export class SceneDocument {
     const transform = this.transformOf(this.shapes[index]);
     const [last, before] = [...transform.children].reverse();
     const isOurs = before?.localName === 'scale' && before.hasAttribute('value') &&
-      !before.getAttribute('value').includes(',') && last.localName === 'translate' &&
-      ['x', 'y', 'z'].every(axis => last.hasAttribute(axis));
+      Number.isFinite(Number(before.getAttribute('value'))) && last.localName === 'translate' &&
+      ['x', 'y', 'z'].every(axis => last.hasAttribute(axis) && Number.isFinite(Number(last.getAttribute(axis))));
     if (isOurs) return [before, last];
     const made = [this.make('scale', {value: '1'}), this.make('translate', {x: '0', y: '0', z: '0'})];
     transform.append(...made);

@@ -40,7 +40,7 @@ async function answer({act, picture, generation, ...message}) {
     const result = await acts[act]({picture, generation, ...message});
     postMessage({...head, ...result}, result?.mean ? [result.mean.buffer, result.variance.buffer] : []);
   } catch (error) {
-    postMessage({...head, trouble: error.message});
+    postMessage({...head, trouble: String(error.message ?? error)});
   }
 }
 

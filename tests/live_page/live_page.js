@@ -14,7 +14,7 @@ const PLACES = {
 };
 const PATIENCE = 60000;  // milliseconds
 
-/** The browser, or null where it isn't installed. Saved files go to the folder. */
+/** The browser, or null where it isn't installed or can't start. Saved files go to the folder. */
 export async function launch(name, downloads) {
   const executablePath = PLACES[name].find(existsSync);
   if (!executablePath) return null;
@@ -23,6 +23,9 @@ export async function launch(name, downloads) {
     downloadBehavior: name === 'chrome' ? {policy: 'allow', downloadPath: downloads} : undefined,
     extraPrefsFirefox: {'browser.download.folderList': 2, 'browser.download.dir': downloads,
       'browser.download.always_ask_before_handling_new_types': false},
+  }).catch(error => {
+    console.log(`${executablePath} does not start: ${error.message}`);
+    return null;
   });
 }
 

@@ -393,6 +393,44 @@ export function testIn(name) {
       assert.equal((await live.scene()).name, 'mine.xml');
     });
 
+    test('opens a scene as it is: its bounces, a mirrored camera, a binary PLY beside it', async live => {
+      const numbers = Float32Array.of(150, 100, 50, 200, 100, 50, 180, 150, 60);
+      const face = Uint8Array.of(3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0);
+      const header = 'ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n' +
+        'property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n';
+      const {'scene.xml': seed} = await filesOf('seed');
+      const xml = seed.replace('<lookat', '<scale x="-1"/><lookat').replace('<sensor',
+        '<integrator type="path"><integer name="max_depth" value="2"/></integrator>\n  <sensor').replace('</scene>',
+        '<shape type="ply"><string name="filename" value="meshes/a.ply"/><boolean name="face_normals" value="true"/>' +
+        '<bsdf type="twosided"><bsdf type="diffuse"/></bsdf></shape>\n</scene>');
+      const paths = [fileOf('mirrored.xml', xml), fileOf('a.ply', Buffer.concat([header, numbers, face].map(part =>
+        typeof part === 'string' ? Buffer.from(part) : Buffer.from(part.buffer))))];
+      const LEFT = [[0.03, 0.1], [0.4, 0.6]];
+      await live.change(async () => (await live.control('open')).uploadFile(...paths));
+      const isGreen = picture => meanOf(picture, LEFT)[1] > 2 * meanOf(picture, LEFT)[0];
+      assert.ok(isGreen(await live.check({bounces: [0, 1]})));
+      await live.page.focus('#picture');
+      await live.change(() => live.page.keyboard.press('ArrowRight'));
+      assert.ok(isGreen(await live.check({bounces: [0, 1]})));
+      const other = await LivePage.open(browser, {fragment: await live.fragment()});
+      await other.check({bounces: [0, 1]});
+      await other.close();
+    });
+
+    test('undoes one step while the view still turns, and keeps the bounces that were chosen', async live => {
+      await live.enter('last', 1, 'A');
+      await live.chooseText('selected', 'matte_cuboid');
+      await live.change(() => live.enter('x', 200));
+      const {xml} = await live.scene();
+      await live.page.focus('#picture');
+      await live.page.keyboard.press('ArrowRight');
+      await live.page.keyboard.down('Control');
+      await live.page.keyboard.press('z');
+      await live.page.keyboard.up('Control');
+      await live.check({bounces: [0, 1]});
+      assert.equal((await live.scene()).xml, xml);
+    });
+
     test('refuses a file that is no scene, with the place, and keeps the picture', async live => {
       const path = fileOf('bad.xml', '<scene version="3.0.0">\n  <shape type="cone"/>\n</scene>\n');
       await live.picture();
