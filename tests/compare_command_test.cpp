@@ -194,7 +194,8 @@ TEST_F(CompareCommand, OverscanIsLeftOutIfTheOtherPictureHasLess) {
   for (const char* pair : {"much.exr clean.exr", "clean.exr much.exr", "much.exr little.exr"}) {
     const Result result = compare(std::string(pair) + " --tolerance 0");
     EXPECT_EQ(result.exit_code, same) << pair << result.output;
-    EXPECT_TRUE(contains(result.output, "outside its display window was left out")) << result.output;
+    EXPECT_TRUE(contains(result.output, "outside its display window was left out"))
+        << result.output;
   }
   EXPECT_EQ(compare("much.exr other.exr --tolerance 0").exit_code, different);
 }
