@@ -119,33 +119,27 @@ HWY_INLINE Bits<D> sobol_second_dimension(Bits<D> v) {
 
 // Templates, so that double need not be there where it isn't used: some targets lack it.
 template <class D>
-  requires std::is_same_v<hn::TFromD<D>, float>
 HWY_INLINE Real<D> to_unit_interval(Bits<D> bits) {
+  using T = hn::TFromD<D>;
   const D d;
-  const auto whole = hn::BitCast(hn::RebindToSigned<D>(), bits.template right<8>().v);
-  return hn::Mul(hn::ConvertTo(d, whole), hn::Set(d, unit_interval_step<float>));
-}
-
-template <class D>
-  requires std::is_same_v<hn::TFromD<D>, double>
-HWY_INLINE Real<D> to_unit_interval(Bits<D> bits) {
-  const D d;
-  const hn::Rebind<int32_t, D> di;
-  return hn::Mul(hn::PromoteTo(d, hn::BitCast(di, bits.template right<1>().v)),
-                 hn::Set(d, unit_interval_step<double>));
+  if constexpr (sizeof(T) == sizeof(float)) {
+    const auto whole = hn::BitCast(hn::RebindToSigned<D>(), bits.template right<8>().v);
+    return hn::Mul(hn::ConvertTo(d, whole), hn::Set(d, unit_interval_step<T>));
+  } else {
+    const auto whole = hn::BitCast(hn::Rebind<int32_t, D>(), bits.template right<1>().v);
+    return hn::Mul(hn::PromoteTo(d, whole), hn::Set(d, unit_interval_step<T>));
+  }
 }
 
 // Small whole numbers as bits.
 template <class D>
-  requires std::is_same_v<hn::TFromD<D>, float>
 HWY_INLINE Bits<D> to_bits(Real<D> a) {
-  return hn::BitCast(typename Bits<D>::DU(), hn::ConvertTo(hn::RebindToSigned<D>(), a.v));
-}
-
-template <class D>
-  requires std::is_same_v<hn::TFromD<D>, double>
-HWY_INLINE Bits<D> to_bits(Real<D> a) {
-  return hn::BitCast(typename Bits<D>::DU(), hn::DemoteTo(hn::Rebind<int32_t, D>(), a.v));
+  const typename Bits<D>::DU du;
+  if constexpr (sizeof(hn::TFromD<D>) == sizeof(float)) {
+    return hn::BitCast(du, hn::ConvertTo(hn::RebindToSigned<D>(), a.v));
+  } else {
+    return hn::BitCast(du, hn::DemoteTo(hn::Rebind<int32_t, D>(), a.v));
+  }
 }
 
 // A point in the unit square, [0, 1) each, and a third number, independent of both.
