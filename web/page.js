@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The live page: its controls, and what they do to scene and pictures.
+import {srgb} from '../report/pictures.js';
 import {lookAt, orbit, pan, upAxisOf, zoom} from './camera.js';
 import {Core, CoreError, MOST_BOUNCES} from './core.js';
 import {drawCurve} from './curve.js';
@@ -28,10 +29,7 @@ const toLinear = hex => [1, 3, 5].map(i => {
   const code = parseInt(hex.slice(i, i + 2), 16) / 255;
   return code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4;
 });
-const toHex = rgb => '#' + rgb.map(light => {
-  const code = light <= 0.0031308 ? 12.92 * light : 1.055 * light ** (1 / 2.4) - 0.055;
-  return Math.round(255 * Math.min(Math.max(code, 0), 1)).toString(16).padStart(2, '0');
-}).join('');
+const toHex = rgb => '#' + rgb.map(light => Math.round(srgb(light)).toString(16).padStart(2, '0')).join('');
 
 const boxOf = boxes => {
   const bound = (pick, name) => [0, 1, 2].map(i => pick(...boxes.map(box => box[name][i])));

@@ -402,9 +402,7 @@ class Packet {
         // MIS: sampling the lamp finds this point with the density choice / inverse; not along
         // a delta's direction, where infinity times 0 would be undefined.
         const R inverse = estimator_.inverse_lamp_pdf(lamp, ray_.origin, hit.distance);
-        const R of_lamp = choice_weight_at(lamp, ray_.origin);
-        const R choice = select(of_lamp > R(0), of_lamp / choice_weights_, R(0));
-        const R lamp_over_bsdf = choice / (pdf_ * inverse);
+        const R lamp_over_bsdf = choice_of(lamp) / (pdf_ * inverse);
         const R weight = balance_heuristic_of_ratio(select(is_delta, R(0), lamp_over_bsdf));
         light = light * weight;
         lit = lit & (weight > R(0));  // not where lamp and origin touch and nothing is defined
@@ -415,9 +413,11 @@ class Packet {
     }
   }
 
-  // What a lamp is chosen in proportion to, at a point.
-  R choice_weight_at(const PackedLamp<T>& lamp, V3<D> p) const {
-    return scene_.lamps.size() == 1 ? R(1) : choice_weight<D>(lamp, p);
+  // The chance that a lamp is chosen at the point where the ray begins.
+  R choice_of(const PackedLamp<T>& lamp) const {
+    if (scene_.lamps.size() == 1) return R(1);
+    const R weight = choice_weight<D>(lamp, ray_.origin);
+    return select(weight > R(0), weight / choice_weights_, R(0));
   }
 
   // Next event estimation: a lamp for each path, chosen by what it may send to the point, and a
@@ -425,14 +425,19 @@ class Packet {
   void sample_lamps(const Sample<D>& sample) {
     Bool<D> left = alive_ & !surface_.bsdf.is_mirror;
     if (!settings_.bounces.is_everything()) left = left & counts(depth_ + R(1));
+    if (scene_.lamps.size() == 1) {
+      const auto& lamp = scene_.lamps.front();
+      const auto to_lamp = estimator_.sample_lamp(lamp, surface_.point, sample.u, sample.v);
+      return set_direct_light(lamp, left, R(1), to_lamp);
+    }
     choice_weights_ = R(0);
     for (const auto& lamp : scene_.lamps) {
-      choice_weights_ = choice_weights_ + choice_weight_at(lamp, surface_.point);
+      choice_weights_ = choice_weights_ + choice_weight<D>(lamp, surface_.point);
     }
     const R target = sample.u * choice_weights_;
     R begin(0);
     for (const auto& lamp : scene_.lamps) {
-      const R weight = choice_weight_at(lamp, surface_.point);
+      const R weight = choice_weight<D>(lamp, surface_.point);
       const R end = begin + weight;
       const Bool<D> chosen = left & (target < end);
       left = left & !chosen;
