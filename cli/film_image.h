@@ -7,10 +7,10 @@
 #include "compare/picture.h"
 #include "images/image.h"
 #include "renderer/film.h"
-#include "renderer/region_mask.h"
 #include "renderer/render.h"
 #include "renderer/scene.h"
 #include "renderer/settings.h"
+#include "scene_files/region_mask.h"
 
 #include <string>
 

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "renderer/faults.h"
-#include "renderer/region_mask.h"
 #include "renderer/scene.h"
 #include "renderer/settings.h"
+#include "scene_files/region_mask.h"
 
 namespace plumb {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/region_mask.h"
+#include "scene_files/region_mask.h"
 #include "scene_files/scene_reader.h"
 #include "tests/test_scenes.h"
 

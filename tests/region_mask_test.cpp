@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // What regions of a picture are called, and which pixels they have.
-#include "renderer/region_mask.h"
+#include "scene_files/region_mask.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include "renderer/region_mask.h"
+#include "scene_files/region_mask.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
