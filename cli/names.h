@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/faults.h"
+#include "faults/faults.h"
 #include "renderer/scene.h"
 #include "renderer/settings.h"
 #include "scene_files/region_mask.h"

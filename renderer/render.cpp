@@ -17,7 +17,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "renderer/faults.h"
 #include "renderer/plain_path_tracer.h"
 #include "renderer/trace.h"
 
@@ -98,7 +97,8 @@ int64_t pass_size(const Limits& limits, const Progress& progress) {
 }
 
 int64_t trace_job(const TraceJob<PackedScene<float>>& job) {
-  return job.settings.fault == Fault::none ? trace(job) : trace_faulty(job);
+  const Tracer faulty = job.settings.faulty_tracer;
+  return faulty != nullptr ? faulty(job) : trace(job);
 }
 
 int64_t trace_job(const TraceJob<PackedScene<double>>& job) { return trace(job); }
@@ -215,7 +215,7 @@ Cost render(const Scene& scene, const Settings& settings, const Limits& limits, 
   if (limits.samples.count() <= 0) throw std::invalid_argument("no samples to render");
   const bool is_plain = settings.method == Method::plain;
   const bool is_double = settings.precision == Precision::float64;
-  if (settings.fault != Fault::none && (is_plain || is_double)) {
+  if (settings.faulty_tracer != nullptr && (is_plain || is_double)) {
     throw std::invalid_argument("a fault of the tracer: float only, and no plain one");
   }
   if (is_plain && (!is_double || settings.sampler != Sampler::independent)) {

@@ -41,7 +41,13 @@ struct BounceRange {
   bool is_everything() const { return first == 0 && last == BounceRange{}.last; }
 };
 
-// None, or a bug that is planted on purpose: see faults.h.
+// A tracer with a bug that is planted on purpose, in the place of trace(), and which one: see
+// faults/faults.h.
+template <typename T>
+struct PackedScene;
+template <class TracedScene>
+struct TraceJob;
+using Tracer = int64_t (*)(const TraceJob<PackedScene<float>>&);
 enum class Fault : int;
 
 struct Settings {
@@ -51,7 +57,8 @@ struct Settings {
   uint32_t seed = 0;
   BounceRange bounces;
   int threads = 0;  // 0: all that the machine has
-  Fault fault{};    // set by plant() alone
+  Fault fault{};    // both set by plant() alone
+  Tracer faulty_tracer = nullptr;
 };
 
 }  // namespace plumb

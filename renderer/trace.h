@@ -38,9 +38,6 @@ struct TraceJob {
 int64_t trace(const TraceJob<PackedScene<float>>& job);
 int64_t trace(const TraceJob<PackedScene<double>>& job);
 
-// The same with the fault of the job's settings.
-int64_t trace_faulty(const TraceJob<PackedScene<float>>& job);
-
 // The instruction set that trace() uses on this machine.
 const char* trace_target();
 

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "renderer/faults.h"
-#include "renderer/simd/faults-inl.h"
+#include "faults/faults.h"
+#include "faults/faulty_estimator-inl.h"
 #include "scene_files/scene_reader.h"
 #include "tests/test_scenes.h"
 

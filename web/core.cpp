@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/faults.h"
+#include "faults/faults.h"
 #include "renderer/film.h"
 #include "renderer/packed_scene.h"
 #include "renderer/render.h"
@@ -192,7 +192,7 @@ EXPORT(render) int render_samples(int picture, double first, double last) {
   const TraceJob<PackedScene<float>> job{p.scene,    p.settings,   samples, p.film,
                                          next_pixel, is_abandoned, p.shares};
   p.film.begin_pass();
-  p.settings.fault == Fault::none ? trace(job) : trace_faulty(job);
+  p.settings.faulty_tracer == nullptr ? trace(job) : p.settings.faulty_tracer(job);
   if (is_endless) return failed("a path does not end: every surface that it meets reflects all");
   p.film.end_pass(samples);
   p.mean = p.film.mean();

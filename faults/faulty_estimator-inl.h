@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The estimator with one of the faults of faults.h, chosen at run time.
-#include "renderer/faults.h"
+#include "faults/faults.h"
 #include "renderer/simd/path-inl.h"
 
-#if defined(PLUMB_SIMD_FAULTS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef PLUMB_SIMD_FAULTS_INL_H
-#undef PLUMB_SIMD_FAULTS_INL_H
+#if defined(PLUMB_FAULTY_ESTIMATOR_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PLUMB_FAULTY_ESTIMATOR_INL_H
+#undef PLUMB_FAULTY_ESTIMATOR_INL_H
 #else
-#define PLUMB_SIMD_FAULTS_INL_H
+#define PLUMB_FAULTY_ESTIMATOR_INL_H
 #endif
 
 HWY_BEFORE_NAMESPACE();

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
+#include "faults/trace_faulty.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -8,13 +10,11 @@
 #include <numbers>
 #include <type_traits>
 
-#include "renderer/trace.h"
-
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "renderer/trace_faults.cpp"
+#define HWY_TARGET_INCLUDE "faults/trace_faulty.cpp"
 #include <hwy/foreach_target.h>
 
-#include "renderer/simd/faults-inl.h"
+#include "faults/faulty_estimator-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace plumb::HWY_NAMESPACE {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include "renderer/faults.h"
+#include "faults/faults.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include "faults/trace_faulty.h"
 
 namespace plumb {
 namespace {
@@ -67,6 +69,7 @@ const std::vector<FaultDescription>& faults() {
 
 void plant(Fault fault, Scene& scene, Settings& settings) {
   switch (fault) {
+    case Fault::none: return;
     case Fault::five_bounces: return cut_at_five_bounces(settings);
     case Fault::gamma_reflectance: return encode_reflectances(scene);
     case Fault::half_pixel: return shift_half_a_pixel(scene.camera);
@@ -75,7 +78,7 @@ void plant(Fault fault, Scene& scene, Settings& settings) {
       cut_at_five_bounces(settings);
       settings.method = Method::nee;
       [[fallthrough]];
-    default: settings.fault = fault;
+    default: settings.fault = fault; settings.faulty_tracer = trace_faulty;
   }
 }
 
