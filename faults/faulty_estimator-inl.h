@@ -74,6 +74,8 @@ struct FaultyEstimator : Estimator<Lanes> {
         start(job.settings.seed),
         width(static_cast<uint32_t>(job.film.width())) {}
 
+  bool looks_into_mirrors() const { return !is_webgl; }
+
   // A frame is a sample of each pixel. The seeds of what it draws differ by whole seconds.
   Sample<D> draw(Sampler sampler, const SampleIndex<D>& index, Bits<D> pair) {
     if (!is_webgl) return Base::draw(sampler, index, pair);

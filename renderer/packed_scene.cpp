@@ -209,10 +209,15 @@ PackedPolygon<T> pack_polygon(const Polygon& polygon, double growth, T id) {
 }
 
 template <typename T>
+PackedSphere<T> pack_sphere(const Sphere& sphere, T id) {
+  return {pack<T>(sphere.center), static_cast<T>(sphere.radius), id};
+}
+
+template <typename T>
 void add_surface(const PlacedSurface& surface, bool starts_solid, double growth, T id, T plane,
                  PackedShapes<T>& shapes) {
   if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
-    shapes.spheres.push_back({pack<T>(sphere->center), static_cast<T>(sphere->radius), id});
+    shapes.spheres.push_back(pack_sphere<T>(*sphere, id));
     return;
   }
   const auto& polygon = std::get<Polygon>(surface.geometry);
@@ -346,6 +351,43 @@ PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane, double brig
   return lamp;
 }
 
+// Whether part of the other surface is where a lamp or a mirror shines: before a flat one.
+bool shines_at(const PlacedSurface& surface, const PlacedSurface& other, bool two_sided) {
+  if (std::holds_alternative<Sphere>(surface.geometry)) return true;
+  const auto [lowest, highest] = reach(surface, {other});
+  return highest > Polygon::rounding || (two_sided && lowest < -Polygon::rounding);
+}
+
+// More would cost more than they are worth: chance finds such light.
+constexpr size_t max_mirrored_lamps = 64;
+
+// The mirrors that a lamp shines at and that may throw its light elsewhere, but for those of large
+// meshes.
+template <typename T>
+std::vector<PackedMirror<T>> list_mirrors(const PlacedSurface& lamp, double growth,
+                                          const std::vector<PlacedSurface>& surfaces,
+                                          const std::vector<int>& planes) {
+  std::vector<PackedMirror<T>> mirrors;
+  for (size_t i = 0; i < surfaces.size(); ++i) {
+    const PlacedSurface& surface = surfaces[i];
+    const Bsdf& bsdf = surface.shape->bsdf;
+    if (bsdf.kind != Bsdf::Kind::conductor || surface.of_tree) continue;
+    if (!shines_at(lamp, surface, false) || !shines_at(surface, lamp, bsdf.two_sided)) continue;
+    PackedMirror<T> mirror{};
+    mirror.two_sided = bsdf.two_sided;
+    mirror.reflectance = pack<T>(bsdf.reflectance);
+    if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
+      mirror.is_sphere = true;
+      mirror.sphere = pack_sphere<T>(*sphere, static_cast<T>(i));
+    } else {
+      mirror.face = pack_polygon<T>(std::get<Polygon>(surface.geometry), growth, static_cast<T>(i));
+      mirror.face.plane.id = static_cast<T>(planes[i]);
+    }
+    mirrors.push_back(mirror);
+  }
+  return mirrors;
+}
+
 // How far the polygon's middle is from its nearest edge.
 double inner_radius(const Polygon& polygon, const Vec3& middle) {
   double radius = std::numeric_limits<double>::max();
@@ -457,6 +499,7 @@ PackedScene<T>::PackedScene(const Scene& scene) {
   const std::vector<int> planes = first_coplanar(list);
   double brightest = 0.0;
   for (const Shape& shape : scene.shapes) brightest = std::max(brightest, light_of(shape));
+  size_t mirrored_lamps = 0;
   for (int i = 0; i < static_cast<int>(list.size()); ++i) {
     const PlacedSurface& surface = list[size_t(i)];
     const T id = static_cast<T>(i);
@@ -469,11 +512,19 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     if (!is_wall || !bounds_the_scene(surface, list)) {
       add_surface<T>(surface, starts_solid, growth, id, plane, occluders);
     }
-    if (surface.shape->is_lamp()) lamps.push_back(pack_lamp<T>(surface, id, plane, brightest));
+    if (surface.shape->is_lamp()) {
+      lamps.push_back(pack_lamp<T>(surface, id, plane, brightest));
+      lamps.back().mirrors = list_mirrors<T>(surface, growth, list, planes);
+      mirrored_lamps += lamps.back().mirrors.size();
+    }
     set_row(surfaces, i, first, surface, growth);
     has_coplanar |= first != i;
     has_mirrors |= surface.shape->bsdf.kind == Bsdf::Kind::conductor;
     has_two_sided |= surface.shape->bsdf.two_sided;
+  }
+  has_mirrored_lamps = mirrored_lamps > 0 && mirrored_lamps <= max_mirrored_lamps;
+  if (!has_mirrored_lamps) {
+    for (PackedLamp<T>& lamp : lamps) lamp.mirrors.clear();
   }
   const TreeBuilder<T> tree(list, growth, shapes.tree);
   const TreeBuilder<T> tree_of_occluders(list, growth, occluders.tree);

@@ -93,6 +93,19 @@ struct PackedShapes {
   PackedTree<T> tree;
 };
 
+// A perfect mirror: a flat face, or a sphere seen from outside.
+template <typename T>
+struct PackedMirror {
+  bool is_sphere;
+  bool two_sided;
+  PackedPolygon<T> face;
+  PackedSphere<T> sphere;
+  PackedVec3<T> reflectance;
+
+  T id() const { return is_sphere ? sphere.id : face.id; }
+  T plane() const { return is_sphere ? sphere.id : face.plane.id; }
+};
+
 // The samplers' numbers from 0 to 1 are multiples of this.
 template <typename T>
 constexpr T unit_interval_step = sizeof(T) == sizeof(float) ? T{0x1p-24f} : T{0x1p-31f};
@@ -118,6 +131,7 @@ struct PackedLamp {
   T y_length;
   T area;
   T radius;
+  std::vector<PackedMirror<T>> mirrors;  // by way of which it is sampled, too
 };
 
 // What shading needs, one array per value, looked up by surface id. `point` is the middle of a flat
@@ -179,6 +193,7 @@ struct PackedScene {
   std::vector<PackedLamp<T>> lamps;
   SurfaceTable<T> surfaces;
   bool has_mirrors = false;
+  bool has_mirrored_lamps = false;
   bool has_two_sided = false;
   bool has_coplanar = false;
 

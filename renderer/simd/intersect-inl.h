@@ -198,32 +198,30 @@ HWY_INLINE Hit<D> find_nearest(const PackedShapes<T>& shapes, const RayLanes<D>&
   return hit;
 }
 
-// Adds the lanes in which one of the shapes, other than the lamp, is nearer than the distance.
+// Adds the lanes in which one of the shapes, other than the target, is nearer than the distance.
 template <class D, class List>
 HWY_INLINE void add_shadows(const List& shapes, const RayLanes<D>& ray, Real<D> distance,
-                            Real<D> lamp, Bool<D>& shadow) {
+                            Real<D> target, Bool<D>& shadow) {
   for (const auto& shape : shapes) {
     const Intersection<D> found = intersect(shape, ray);
-    shadow = shadow | (found.hit & (found.distance < distance) & (found.id != lamp));
+    shadow = shadow | (found.hit & (found.distance < distance) & (found.id != target));
   }
 }
 
-// Whether anything lies between the ray's start and the lamp's point at that distance.
+// Whether anything lies between the ray's start and the target's point at that distance: a lamp's,
+// or a mirror's.
 template <class D, typename T>
 HWY_INLINE Bool<D> is_occluded(const PackedShapes<T>& occluders, const RayLanes<D>& ray,
-                               Real<D> distance, Real<D> lamp) {
+                               Real<D> distance, Real<D> target) {
   Bool<D> shadow = Bool<D>::none();
-  add_shadows(occluders.parallelograms, ray, distance, lamp, shadow);
-  add_shadows(occluders.polygons, ray, distance, lamp, shadow);
-  add_shadows(occluders.spheres, ray, distance, lamp, shadow);
-  for (const auto& solid : occluders.solids) {  // never a lamp: the faces' ids don't matter
-    const Intersection<D> found = intersect(solid, ray);
-    shadow = shadow | (found.hit & (found.distance < distance));
-  }
+  add_shadows(occluders.parallelograms, ray, distance, target, shadow);
+  add_shadows(occluders.polygons, ray, distance, target, shadow);
+  add_shadows(occluders.spheres, ray, distance, target, shadow);
+  add_shadows(occluders.solids, ray, distance, target, shadow);
   const auto limit = [&] { return select(shadow, Real<D>(-hwy::HighestValue<T>()), distance); };
   walk(occluders.tree, ray, limit, [&](const PackedPolygon<T>& face, Bool<D> enters) {
     const Intersection<D> found = intersect(face, ray);
-    shadow = shadow | (found.hit & enters & (found.distance < distance) & (found.id != lamp));
+    shadow = shadow | (found.hit & enters & (found.distance < distance) & (found.id != target));
   });
   return shadow;
 }

@@ -287,6 +287,32 @@ HWY_INLINE LampSample<D> sample_lamp(const PackedLamp<hn::TFromD<D>>& lamp, V3<D
                                      : sample_rectangle(lamp, p, u, v);
 }
 
+// A point of a lamp, uniform by area, and the direction to which it shines.
+template <class D>
+struct LampPoint {
+  V3<D> point, normal;
+};
+
+template <class D>
+HWY_INLINE LampPoint<D> sample_area(const PackedLamp<hn::TFromD<D>>& lamp, Real<D> u, Real<D> v) {
+  using R = Real<D>;
+  using Kind = typename PackedLamp<hn::TFromD<D>>::Kind;
+  const V3<D> origin(lamp.origin), normal(lamp.normal);
+  if (lamp.kind == Kind::rectangle) {
+    const R x = u * R(lamp.x_length), y = v * R(lamp.y_length);
+    return {fma(V3<D>(lamp.x), x, fma(V3<D>(lamp.y), y, origin)), normal};
+  }
+  if (lamp.kind == Kind::triangle) {
+    const R root = sqrt(u);
+    return {origin + fma(V3<D>(lamp.x), R(1) - root, V3<D>(lamp.y) * (v * root)), normal};
+  }
+  const R cosine = R(1) - (u + u);
+  const Frame<D> axes = frame_around(V3<D>(R(0), R(0), R(1)));
+  const R sine = sqrt(max(fma(-cosine, cosine, R(1)), R(0)));
+  const V3<D> outward = spherical_direction(axes, cosine, sine, v);
+  return {fma(outward, R(lamp.radius), origin), outward};
+}
+
 // In proportion to this a lamp is chosen at p: about the light that it sends there if nothing is in
 // the way, strength * cosine / distance^2. Never 0 where it sends light; bounded near the lamp,
 // whose middle tells little there.

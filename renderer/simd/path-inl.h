@@ -4,6 +4,7 @@
 #include "renderer/simd/bsdf-inl.h"
 #include "renderer/simd/intersect-inl.h"
 #include "renderer/simd/lamps-inl.h"
+#include "renderer/simd/mirrors-inl.h"
 #include "renderer/simd/sampler-inl.h"
 #include "renderer/trace.h"
 
@@ -155,6 +156,7 @@ struct SurfaceInteraction {
   V3<D> point;
   BsdfLanes<D> bsdf;
   Real<D> id, plane;
+  Real<D> distance;  // that the path came
   Bool<D> scatters;  // neither in the void nor on a black back
   Bool<D> front;     // the path came from the side that the surface's own normal points to
 };
@@ -162,10 +164,23 @@ struct SurfaceInteraction {
 // What sampled lamps add to the picture, if nothing is in the way.
 template <class D>
 struct DirectLight {
-  RayLanes<D> ray;         // from the surface to the lamp's point
-  Real<D> distance, lamp;  // of that point, and the lamp's id
+  RayLanes<D> ray;           // from the surface to the lamp's point, or to a mirror's
+  Real<D> distance, target;  // of that point, and the lamp's id, or the mirror's
   V3<D> radiance;
   Bool<D> any;  // the lanes that have such light
+
+  Bool<D> by_mirror;      // the lanes in which the ray leads to a mirror
+  RayLanes<D> onward;     // from there to the lamp's point
+  Real<D> to_lamp, lamp;  // the distance of that point, and the lamp's id
+};
+
+// How a path came to the lamp that it has met, if by way of one mirror from a surface that could
+// have sampled the lamp in that mirror.
+template <class D>
+struct ByMirror {
+  Real<D> mirror;  // its id, else -1
+  Real<D> pdf;     // of the direction to the mirror
+  Beam<D> beam;
 };
 
 // Multiple importance sampling (MIS): the weight p / (p + q) of a sample with the density p that
@@ -183,6 +198,9 @@ struct Estimator {
   using T = hn::TFromD<D>;
   using R = Real<D>;
   using Lamp = PackedLamp<T>;
+
+  // Whether lamps are also sampled by way of a mirror.
+  bool looks_into_mirrors() const { return true; }
 
   explicit Estimator(const TraceJob<PackedScene<T>>&) {}
 
@@ -234,12 +252,14 @@ class Packet {
         settings_(job.settings),
         gathers_(job.scene.surfaces.count > 128),
         estimator_(job),
+        looks_into_mirrors_(job.scene.has_mirrored_lamps && job.settings.method != Method::bsdf &&
+                            estimator_.looks_into_mirrors()),
         samples_(job) {
     radiance_ = throughput_ = V3<D>(R(0));
     ray_ = {radiance_, radiance_, R(0)};
-    pdf_ = depth_ = choice_weights_ = R(0);
+    pdf_ = depth_ = choice_weights_ = choice_ = R(0);
     alive_ = busy_ = Bool<D>::none();
-    light_ = {ray_, R(0), R(0), radiance_, alive_};
+    light_ = {ray_, R(0), R(0), radiance_, alive_, alive_, ray_, R(0), R(0)};
     surface_ = surface_interaction({R(0), R(0)});
   }
 
@@ -259,6 +279,8 @@ class Packet {
     index_ = samples_.index();
     depth_ = select(alive_, depth_, R(0));
     const Sample<D> sample = estimator_.draw(settings_.sampler, index_, pair(direction_pair));
+    if (looks_into_mirrors_) remember_mirror();
+    choice_ = sample.w;
     scatter(sample);
     const V3<D> from_camera = camera_direction(sample);
     ray_.origin = select(alive_, surface_.point, camera_origin(from_camera));
@@ -288,6 +310,7 @@ class Packet {
     const Sample<D> sample = estimator_.draw(settings_.sampler, index_, pair(lamp_pair));
     light_.any = Bool<D>::none();
     if (settings_.method != Method::bsdf) sample_lamps(sample);
+    if (looks_into_mirrors_) sample_mirrored_lamps(sample);
     throughput_ = throughput_ * surface_.bsdf.weight();
     russian_roulette(sample.w);
     depth_ = depth_ + R(1);
@@ -297,8 +320,12 @@ class Packet {
   void trace_shadow_rays() {
     if (!light_.any.any()) return;
     rays_ += light_.any.count();
-    const Bool<D> occluded =
-        is_occluded(scene_.occluders, light_.ray, light_.distance, light_.lamp);
+    Bool<D> occluded = is_occluded(scene_.occluders, light_.ray, light_.distance, light_.target);
+    if (looks_into_mirrors_ && light_.by_mirror.any()) {
+      rays_ += light_.by_mirror.count();
+      occluded = occluded | (light_.by_mirror & is_occluded(scene_.occluders, light_.onward,
+                                                            light_.to_lamp, light_.lamp));
+    }
     radiance_ = radiance_ + select(light_.any & !occluded, light_.radiance, V3<D>(R(0)));
   }
 
@@ -327,6 +354,18 @@ class Packet {
         estimator_.sample_bsdf(surface_.bsdf, ray_.direction, sample.u, sample.v);
     ray_.direction = scattered.direction;
     pdf_ = scattered.pdf;
+  }
+
+  // Of paths that stand on a mirror, before they leave it.
+  void remember_mirror() {
+    const Bool<D> sphere = lookup_flag(!scene_.shapes.spheres.empty(), Table::sphere, surface_.id);
+    const R curvature = select(sphere, R(1) / lookup(Table::scale, surface_.id), R(0));
+    const Bool<D> is_first = alive_ & surface_.bsdf.is_mirror & (pdf_ < R(delta<T>));
+    const Bool<D> samples = is_first & (surface_.front | !sphere);
+    by_mirror_.mirror = select(samples, surface_.id, R(-1));
+    by_mirror_.pdf = pdf_;
+    const R cosine = -dot(surface_.bsdf.normal, ray_.direction);
+    by_mirror_.beam = Beam<D>(surface_.distance, cosine, curvature);
   }
 
   // A table of a few dozen surfaces is looked up a vector of rows at a time, which is faster than a
@@ -380,6 +419,7 @@ class Packet {
                      .has_mirrors = scene_.has_mirrors},
             .id = hit.id,
             .plane = scene_.has_coplanar ? lookup(Table::plane, hit.id) : hit.id,
+            .distance = hit.distance,
             .scatters = (hit.id >= R(0)) & (front | two_sided),
             .front = front};
   }
@@ -398,6 +438,7 @@ class Packet {
       if (!lit.any()) continue;
       V3<D> light = throughput_ * V3<D>(lamp.radiance);
       const Bool<D> is_delta = pdf_ == R(delta<T>);
+      if (looks_into_mirrors_) light = light * weight_by_mirror(lamp, hit.distance);
       if (settings_.method == Method::mis) {
         // MIS: sampling the lamp finds this point with the density choice / inverse; not along
         // a delta's direction, where infinity times 0 would be undefined.
@@ -411,6 +452,19 @@ class Packet {
       }
       radiance_ = select(lit, radiance_ + estimator_.contribution(light, depth_), radiance_);
     }
+  }
+
+  // MIS: the mirror's sampling finds a lamp's point with the density squared distance / (area *
+  // cosine). Other paths have the weight 1.
+  R weight_by_mirror(const PackedLamp<T>& lamp, R distance) const {
+    Bool<D> sampled = Bool<D>::none();
+    for (const auto& mirror : lamp.mirrors) {
+      sampled = sampled | (by_mirror_.mirror == R(mirror.id()));
+    }
+    const R cosine = -dot(surface_.bsdf.normal, ray_.direction);
+    const R mirror_over_bsdf =
+        by_mirror_.beam.squared_distance(distance) / (R(lamp.area) * cosine * by_mirror_.pdf);
+    return balance_heuristic_of_ratio(select(sampled, mirror_over_bsdf, R(0)));
   }
 
   // The chance that a lamp is chosen at the point where the ray begins.
@@ -476,10 +530,74 @@ class Packet {
     light_.ray.start = surface_.plane;
     light_.ray.direction = select(chosen, to_lamp.direction, light_.ray.direction);
     light_.distance = select(chosen, to_lamp.distance, light_.distance);
-    light_.lamp = select(chosen, R(lamp.id), light_.lamp);
+    light_.target = select(chosen, R(lamp.id), light_.target);
     const V3<D> counted = estimator_.contribution(radiance, depth_ + R(1));
     light_.radiance = select(chosen, counted, light_.radiance);
     light_.any = light_.any | chosen;
+  }
+
+  // The lamps by way of each mirror: the points that `sample` leads to. Of all that light, and of
+  // what sample_lamps() has found, a part is kept in proportion to it, before anything is in the
+  // way, and makes up for the rest (a weighted reservoir; Chao, "A general purpose unequal
+  // probability sampling plan", Biometrika 69(3), 1982).
+  void sample_mirrored_lamps(const Sample<D>& sample) {
+    const auto brightness = [](V3<D> light) { return light.x + light.y + light.z; };
+    Bool<D> receives = alive_ & !surface_.bsdf.is_mirror;
+    if (!settings_.bounces.is_everything()) receives = receives & counts(depth_ + R(2));
+    light_.by_mirror = Bool<D>::none();
+    R sum = select(light_.any, brightness(light_.radiance), R(0));
+    R kept = sum;
+    for (const auto& lamp : scene_.lamps) {
+      if (lamp.mirrors.empty()) continue;
+      const LampPoint<D> on_lamp = sample_area<D>(lamp, sample.u, sample.v);
+      for (const auto& mirror : lamp.mirrors) {
+        const Bool<D> apart = receives & (surface_.plane != R(mirror.plane()));
+        const Reflection<D> way = reflect(mirror, apart, surface_.point, on_lamp.point);
+        if (!way.exists.any()) continue;
+        const V3<D> radiance = estimator_.contribution(
+            mirrored_light(lamp, mirror, way, on_lamp.normal), depth_ + R(2));
+        const R more = brightness(radiance);
+        const Bool<D> found =
+            receives & way.exists & (more > R(0)) & (surface_.plane != R(mirror.plane()));
+        if (!found.any()) continue;
+        const R target = choice_ * (sum + more);
+        const Bool<D> taken = found & (target < more);
+        choice_ = select(found, select(taken, target / more, (target - more) / sum), choice_);
+        sum = sum + select(found, more, R(0));
+        kept = select(taken, more, kept);
+        keep_mirrored_lamp(taken, lamp, mirror, way, radiance);
+      }
+    }
+    light_.radiance = light_.radiance * (sum / kept);
+  }
+
+  // throughput * f * cosine / (p + q) * radiance, as set_direct_light(); both densities here times
+  // inverse_pdf, too.
+  V3<D> mirrored_light(const PackedLamp<T>& lamp, const PackedMirror<T>& mirror,
+                       const Reflection<D>& way, V3<D> lamp_normal) const {
+    const BsdfLanes<D>& bsdf = surface_.bsdf;
+    const R emitter_cosine = max(-dot(lamp_normal, way.onward), R(0));
+    const R inverse_pdf = R(lamp.area) * emitter_cosine / way.beam.squared_distance(way.to_lamp);
+    const R pdf = estimator_.sum_of_pdfs(R(1), bsdf.pdf(way.direction) * inverse_pdf);
+    return throughput_ * bsdf.reflectance * V3<D>(mirror.reflectance) * V3<D>(lamp.radiance) *
+           (max(bsdf.eval(way.direction), R(0)) * inverse_pdf / pdf);
+  }
+
+  void keep_mirrored_lamp(Bool<D> taken, const PackedLamp<T>& lamp, const PackedMirror<T>& mirror,
+                          const Reflection<D>& way, V3<D> radiance) {
+    light_.any = light_.any | taken;
+    light_.by_mirror = light_.by_mirror | taken;
+    light_.radiance = select(taken, radiance, light_.radiance);
+    light_.ray.origin = surface_.point;
+    light_.ray.start = surface_.plane;
+    light_.ray.direction = select(taken, way.direction, light_.ray.direction);
+    light_.distance = select(taken, way.beam.to_mirror, light_.distance);
+    light_.target = select(taken, R(mirror.id()), light_.target);
+    light_.onward.origin = select(taken, way.point, light_.onward.origin);
+    light_.onward.direction = select(taken, way.onward, light_.onward.direction);
+    light_.onward.start = select(taken, R(mirror.plane()), light_.onward.start);
+    light_.to_lamp = select(taken, way.to_lamp, light_.to_lamp);
+    light_.lamp = select(taken, R(lamp.id), light_.lamp);
   }
 
   void russian_roulette(R w) {
@@ -491,7 +609,8 @@ class Packet {
   // The sampler's pairs, two at each depth:
   //
   //   lamp_pair       u the lamp, then, within its share, with v its point; w roulette, rare lamps
-  //   direction_pair  u and v the ray's direction: at depth 0 the camera's, else the BSDF's
+  //   direction_pair  u and v the ray's direction: at depth 0 the camera's, else the BSDF's; w the
+  //                   lamp itself or one of its mirrors, where the ray leads
   enum Pair : uint32_t { lamp_pair, direction_pair };
   Bits<D> pair(Pair which) const {
     const Bits<D> depth = to_bits(depth_);
@@ -502,6 +621,7 @@ class Packet {
   const Settings& settings_;
   const bool gathers_;  // what a table of many surfaces holds
   Estimator estimator_;
+  const bool looks_into_mirrors_;
   LaneSamples<D> samples_;
   SampleIndex<D> index_;
   Bool<D> busy_;   // lanes with a sample
@@ -511,6 +631,8 @@ class Packet {
   R depth_;  // bounces so far
   V3<D> throughput_, radiance_;
   R choice_weights_;  // of all lamps where the ray begins
+  R choice_;          // from 0 to 1: the lamp itself or one of its mirrors
+  ByMirror<D> by_mirror_;
   SurfaceInteraction<D> surface_;
   DirectLight<D> light_;
   int64_t rays_ = 0;
