@@ -568,7 +568,7 @@ class Packet {
         keep_mirrored_lamp(taken, lamp, mirror, way, radiance);
       }
     }
-    light_.radiance = light_.radiance * (sum / kept);
+    light_.radiance = light_.radiance * select(kept > R(0), sum / kept, R(0));
   }
 
   // throughput * f * cosine / (p + q) * radiance, as set_direct_light(); both densities here times
