@@ -62,7 +62,7 @@ help:
 	@echo "make bench   measures the renderer's speed and noise"
 	@echo "make references        renders the stored ground truth with all programs (40 minutes)"
 	@echo "make check-references  compares what the installed programs draw today with it"
-	@echo "make stress        makes the tables of docs/stability.md (14 minutes)"
+	@echo "make stress        makes the tables of docs/stability.md (18 minutes)"
 	@echo "make stress-truth  has Mitsuba render the caustics that they are held against (5 minutes)"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
 	@echo "make power          makes the table of docs/power.md (6 minutes)"
@@ -219,7 +219,7 @@ stress: build
 	python3 bench/stress_table.py build/plumb
 
 stress-truth: build
-	for scene in caustic caustic_in_mirror; do \
+	for scene in caustic caustic_in_mirror facing_balls round_lamp_by_ball; do \
 	  build/plumb reference reference_scenes/stress/$$scene.xml --with mitsuba --spp 4096 --seeds 32 \
 	    -o reference_scenes/stress/$$scene.exr || exit; \
 	done
