@@ -92,7 +92,7 @@ TEST_P(PlainPathTracer, RefusesWhatItHasNot) {
   Settings sobol = plain, single = plain, faulty = plain;
   sobol.sampler = Sampler::sobol;
   single.precision = Precision::float32;
-  faulty.fault = static_cast<Fault>(1);
+  plant(Fault::inverse_pi, scene, faulty);
   for (const Settings& settings : {sobol, single, faulty}) {
     EXPECT_THROW(render(scene, settings, {.samples = {0, 1}}, film), std::invalid_argument);
   }
