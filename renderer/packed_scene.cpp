@@ -359,7 +359,7 @@ bool shines_at(const PlacedSurface& surface, const PlacedSurface& other, bool tw
 }
 
 // More would cost more than they are worth: chance finds such light.
-constexpr size_t max_mirrored_lamps = 64;
+constexpr size_t max_mirrored_lamps = 128;
 
 // The mirrors that a lamp shines at and that may throw its light elsewhere, but for those of large
 // meshes.

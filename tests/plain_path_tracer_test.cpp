@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "faults/faults.h"
 #include "scene_files/region_mask.h"
 #include "scene_files/scene_reader.h"
 #include "tests/test_scenes.h"
@@ -90,9 +91,10 @@ TEST_P(PlainPathTracer, DrawsEveryFilter) {
 TEST_P(PlainPathTracer, RefusesWhatItHasNot) {
   Film film(48, 48);
   Settings sobol = plain, single = plain, faulty = plain;
+  Scene scene_with_fault = scene;
   sobol.sampler = Sampler::sobol;
   single.precision = Precision::float32;
-  plant(Fault::inverse_pi, scene, faulty);
+  plant(Fault::inverse_pi, scene_with_fault, faulty);
   for (const Settings& settings : {sobol, single, faulty}) {
     EXPECT_THROW(render(scene, settings, {.samples = {0, 1}}, film), std::invalid_argument);
   }
