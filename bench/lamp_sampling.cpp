@@ -60,9 +60,12 @@ void measure_errors(const char* name) {
   for (int i = 0; i < 1000000; ++i) {
     const double width = std::pow(10, uniform(-1, 0)), height = std::pow(10, uniform(-6, 3));
     const double away = std::pow(10, uniform(-3, 3)), turn = uniform(0, 2 * std::numbers::pi);
-    const bool above = uniform(0, 1) < 0.3;
-    const double x = above ? uniform(0, 1) : 0.5 + away * std::cos(turn);
-    const double y = above ? uniform(0, width) : 0.5 * width + away * std::sin(turn);
+    const double place = uniform(0, 1), edge = std::pow(10, uniform(-5, -1));
+    const bool above = place < 0.3;
+    const bool close = place >= 0.8;
+    const double beside = uniform(0, 1) < 0.5 ? -edge : edge;
+    const double x = close ? beside : above ? uniform(0, 1) : 0.5 + away * std::cos(turn);
+    const double y = close || above ? uniform(0, width) : 0.5 * width + away * std::sin(turn);
     const PackedLamp<T> lamp = lamp_of_width(T(width));
     const SeenRectangle<D> s = see_rectangle<D>(lamp, {T(x), T(y), T(height)});
     const T u = T(uniform(0, 1)), v = T(uniform(0, 1));

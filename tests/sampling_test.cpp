@@ -403,6 +403,32 @@ TYPED_TEST(SamplingTest, RectanglesAreMappedUniformlyHoweverSmallTheyAreSeen) {
   });
 }
 
+// Beside a close edge, or just under it, no more is lost than the solid angle's digits, whichever
+// of the four it is.
+TYPED_TEST(SamplingTest, RectanglesAreMappedUniformlyHoweverCloseAnEdgeIs) {
+  using T = TypeParam;
+  Random<T> random;
+  for (int n = 0; n < 20000; ++n) {
+    const Exact width = T(random.log_uniform(0.1L, 1)), away = random.log_uniform(1e-5L, 0.1L);
+    const Exact side = n % 2 == 0 ? -away : away, along = random.uniform(0, 1);
+    const Exact height = random.log_uniform(1e-4L, 0.1L);
+    const Vec places[] = {{side, along * width, height},
+                          {1 + side, along * width, height},
+                          {along, side, height},
+                          {along, width + side, height}};
+    const PackedLamp<T> lamp = rectangle<T>({{0, 0, 0}, {1, 0, 0}, {0, width, 0}});
+    const auto s = see_rectangle<hn::ScalableTag<T>>(lamp, lanes<T>(places[n / 2 % 4]));
+    const T u = random.uniform(), v = random.uniform();
+    R<T> x, y;
+    sample_solid_angle<hn::ScalableTag<T>>(s, u, v, x, y);
+    const Vec corner{get(s.x0), get(s.y0), -get(s.z)}, point{get(x), get(y), -get(s.z)};
+    const Parallelogram seen{corner, {get(s.x1) - corner.x, 0, 0}, {0, get(s.y1) - corner.y, 0}};
+    Exact condition = 0;
+    const Exact exact = seen.solid_angle(&condition);
+    expect_mapped(seen, point, u, v, epsilon<T> * (100 + 8 * condition / exact));
+  }
+}
+
 TYPED_TEST(SamplingTest, RectanglesThatLieAskewAreMappedUniformlyAndVisibleFromOneSide) {
   using T = TypeParam;
   Random<T> random;

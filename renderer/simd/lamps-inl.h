@@ -28,8 +28,8 @@ struct LampSample {
 template <class D>
 struct SeenRectangle {
   Real<D> x0, x1, y0, y1, z;
-  Real<D> zz, xx0;   // z^2, x0^2 + z^2
-  Real<D> r00, r01;  // distances of the corners (x0, y0) and (x0, y1)
+  Real<D> zz, xx0;             // z^2, x0^2 + z^2
+  Real<D> r00, r01, r10, r11;  // distances of the corners (x0, y0), (x0, y1), ...
   Real<D> solid_angle;
 
   // A rectangle seen this small is sampled by area: it is far and almost evenly bright, or seen
@@ -40,8 +40,8 @@ struct SeenRectangle {
 
 // The solid angle is the sum of two triangles', each by van Oosterom and Strackee 1983:
 // tan(omega / 2) = volume / denominator. The denominators cancel only beside a close edge or just
-// under one: in float the relative error is up to 2e-4 where z is 1e-3 to 1e-2 of the distance to
-// the far side, and 6e-3 where it is 1e-5 to 1e-4; 1e-6 in the mean. The other diagonal would not
+// under one: in float the relative error is up to 3e-4 where z is 1e-3 to 1e-2 of the distance to
+// the far side, and 1e-2 where it is 1e-5 to 1e-4; 3e-6 in the mean. The other diagonal would not
 // help; formulas that keep all digits take more divisions and square roots.
 template <class D>
 HWY_INLINE SeenRectangle<D> see_rectangle(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p) {
@@ -59,8 +59,8 @@ HWY_INLINE SeenRectangle<D> see_rectangle(const PackedLamp<hn::TFromD<D>>& lamp,
   const R yy1 = fma(s.y1, s.y1, s.zz);
   s.r00 = sqrt(fma(s.x0, s.x0, yy0));
   s.r01 = sqrt(fma(s.x0, s.x0, yy1));
-  const R r10 = sqrt(fma(s.x1, s.x1, yy0));
-  const R r11 = sqrt(fma(s.x1, s.x1, yy1));
+  s.r10 = sqrt(fma(s.x1, s.x1, yy0));
+  s.r11 = sqrt(fma(s.x1, s.x1, yy1));
 
   // Triangles 00-10-11 and 00-11-01 share the diagonal; the dot products of their corners.
   const R d_00_10 = fma(s.x0, s.x1, yy0);
@@ -69,8 +69,10 @@ HWY_INLINE SeenRectangle<D> see_rectangle(const PackedLamp<hn::TFromD<D>>& lamp,
   const R d_10_11 = fma(s.y0, s.y1, fma(s.x1, s.x1, s.zz));
   const R d_01_11 = fma(s.x0, s.x1, yy1);
   const R volume = s.z * lamp.area;
-  const R denominator1 = fma(fma(s.r00, r10, d_00_10), r11, fma(d_00_11, r10, d_10_11 * s.r00));
-  const R denominator2 = fma(fma(s.r00, s.r01, d_00_01), r11, fma(d_00_11, s.r01, d_01_11 * s.r00));
+  const R denominator1 =
+      fma(fma(s.r00, s.r10, d_00_10), s.r11, fma(d_00_11, s.r10, d_10_11 * s.r00));
+  const R denominator2 =
+      fma(fma(s.r00, s.r01, d_00_01), s.r11, fma(d_00_11, s.r01, d_01_11 * s.r00));
   // Both half angles at once: the argument of a product of complex numbers.
   const R sine = volume * (denominator1 + denominator2);
   const R cosine = fma(denominator1, denominator2, -(volume * volume));
@@ -97,7 +99,9 @@ HWY_INLINE Real<D> edge_sinh(const SeenRectangle<D>& s, Real<D> r0, Real<D> r1, 
 //   sin C = x z q,  cos C = z^2 sqrt(1 + q^2) + y0 y1.
 //
 // So C is turned by a part of the solid angle; then the cosine tells q and the sine x. Both are
-// those of x0 plus a change: small rectangles differ from a point by the change alone.
+// those of x0 plus a change: small rectangles differ from a point by the change alone. But if q is
+// far larger at x0 than at x, the changes cancel: where x0 is the close edge, C starts at x1, of
+// the mirror image.
 //
 // In the paper's names: S is solid_angle, z0 is -z, phi_u is C + pi, cu is x / sqrt(xx), d is
 // sqrt(xx); h0, h1 and hv are y0 / r0, y1 / r1 and y / r, of which h0 and h below are multiples.
@@ -105,11 +109,14 @@ template <class D>
 HWY_INLINE void sample_solid_angle(const SeenRectangle<D>& s, Real<D> u, Real<D> v, Real<D>& x,
                                    Real<D>& y) {
   using R = Real<D>;
-  const R q0 = edge_sinh(s, s.r00, s.r01, s.xx0);
+  const Bool<D> turned = s.x1 * s.x1 > R(16) * s.xx0;
+  const R start = select(turned, -s.x1, s.x0);
+  const R q0 = edge_sinh(s, select(turned, s.r10, s.r00), select(turned, s.r11, s.r01),
+                         fma(start, start, s.zz));
   const R zz_cosh0 = s.zz * sqrt(fma(q0, q0, R(1)));
-  const R sin0 = s.x0 * s.z * q0;
+  const R sin0 = start * s.z * q0;
   const R cos0 = fma(s.y0, s.y1, zz_cosh0);
-  const R half = u * s.solid_angle * R(0.5f);
+  const R half = select(turned, R(1) - u, u) * s.solid_angle * R(0.5f);
   const R sin_half = sin(half), cos_half = cos(half), twice = sin_half + sin_half;
   const R sin_c = fma(twice, fma(cos0, cos_half, -(sin0 * sin_half)), sin0);
   const R cos_change = -(twice * fma(sin0, cos_half, cos0 * sin_half));
@@ -117,7 +124,7 @@ HWY_INLINE void sample_solid_angle(const SeenRectangle<D>& s, Real<D> u, Real<D>
   const R zz_q0 = s.zz * q0;
   const R square = fma(cos_change, zz_cosh0 + zz_cosh0 + cos_change, zz_q0 * zz_q0);
   x = s.z * sin_c / sqrt(max(square, R(0)));
-  x = min(max(x, s.x0), s.x1);
+  x = min(max(select(turned, -x, x), s.x0), s.x1);
 
   // The sine y / r goes evenly from y0 / r0 to y1 / r1. Times r0 r1 it is h, its change q xx.
   const R xx = fma(x, x, s.zz);
