@@ -129,6 +129,7 @@ void render_all(Options options, Study& study) {
   if (options.study.pictures.size() > 1) throw std::invalid_argument("one scene at a time");
   const Scene scene = load_scene(options.scene);
   options.settings.bounces = scene.request.bounces;
+  options.settings.precision = fitting_precision(scene);
   if (!options.keep.empty()) fs::create_directories(options.keep);
   listen_for_interrupts();
   ProgressLine line;

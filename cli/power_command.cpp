@@ -117,6 +117,7 @@ class Plantings {
   std::string run(Fault fault, ProgressLine& line) {
     Scene scene = healthy_.scene;
     Settings settings{.seed = 1, .bounces = scene.request.bounces};  // references have seed 0
+    if (fault == Fault::none) settings.precision = fitting_precision(scene);  // others want float
     plant(fault, scene, settings);
     Film film(scene.camera.width, scene.camera.height);
     double seconds = 0.0;

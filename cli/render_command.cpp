@@ -64,7 +64,8 @@ void add_options(CLI::App& command, Options& options) {
   add_option(command, "--sampler", "S", options.sampler, one_of(sampler_words),
              "sobol (Owen-scrambled; default) or independent");
   add_option(command, "--precision", "P", options.precision, one_of(precision_words),
-             "Arithmetic: float (default) or double");
+             "Arithmetic: float or double (default: float, unless the\n"
+             "scene needs double)");
   add_size_and_bounces(command, options.scene);
   add_option(command, "--seed", "N", settings.seed, number<uint32_t>(0, 0x7fffffff),
              "Another seed gives other noise (default: 1; stored\n"
@@ -110,8 +111,11 @@ void complete(Options& options, const Scene& scene) {
   const bool is_plain = settings.method == Method::plain;
   settings.bounces = scene.request.bounces;
   settings.sampler = options.sampler.value_or(is_plain ? Sampler::independent : Sampler::sobol);
-  settings.precision =
-      options.precision.value_or(is_plain ? Precision::float64 : Precision::float32);
+  const bool has_fault = options.fault != Fault::none;
+  settings.precision = options.precision ? *options.precision
+                       : is_plain        ? Precision::float64
+                       : has_fault       ? Precision::float32
+                                         : fitting_precision(scene);
 }
 
 std::string rate(const Cost& cost, int64_t count) {
@@ -147,11 +151,11 @@ int run(Options options) {
   check_outputs(options.outputs);
   Scene scene = load_scene(options.scene);
   const Limits limits = limits_of(options, scene);
-  complete(options, scene);
   if (options.mask) {
     write_images(to_image(region_mask(scene, *options.mask), scene.camera), options);
     return 0;
   }
+  complete(options, scene);
   plant(options.fault, scene, options.settings);
   Film film(scene.camera.width, scene.camera.height);
   listen_for_interrupts();

@@ -11,6 +11,7 @@
 #include "cli/commands.h"
 #include "cli/names.h"
 #include "images/printable.h"
+#include "scene_files/precision.h"
 #include "scene_files/scene_reader.h"
 
 namespace plumb::cli {
@@ -46,6 +47,14 @@ Scene load_scene(const SceneOptions& options) {
     fmt::print(stderr, "plumb: warning: {}: no lamp, the picture will be black\n", options.file);
   }
   return scene;
+}
+
+Precision fitting_precision(const Scene& scene) {
+  const std::string need = needs_double(scene);
+  if (need.empty()) return Precision::float32;
+  fmt::print(stderr, "plumb: in double precision, because float is too coarse for {}\n",
+             printable(need));
+  return Precision::float64;
 }
 
 }  // namespace plumb::cli

@@ -31,4 +31,7 @@ std::filesystem::path scene_folder();
 // standard error what of the file was taken how. Throws SceneError.
 Scene load_scene(const SceneOptions& options);
 
+// Float, or double if the scene needs it: then it says so on standard error, and why.
+Precision fitting_precision(const Scene& scene);
+
 }  // namespace plumb::cli

@@ -21,6 +21,7 @@
 #include "cli/progress_line.h"
 #include "cli/scene_options.h"
 #include "cli/trial.h"
+#include "scene_files/precision.h"
 
 namespace plumb::cli {
 namespace {
@@ -32,7 +33,7 @@ constexpr double false_alarm = 1e-3;  // the chance that noise alone makes anyth
 struct Options {
   std::string folder = scene_folder() / "stress";
   std::vector<std::string> scenes;
-  std::vector<std::string> methods{"bsdf", "nee", "mis"};
+  std::vector<std::string> methods{"bsdf", "nee", "mis", "default"};
   std::vector<std::string> programs;
   std::optional<double> seconds;
   std::optional<int64_t> spp;
@@ -43,6 +44,7 @@ struct Contestant {
   std::string name;
   Settings settings;
   const OtherRenderer* renderer = nullptr;  // none: the settings are for our own
+  bool picks_precision = false;             // that fits the scene
 };
 
 struct Attempt {
@@ -59,7 +61,9 @@ void add_options(CLI::App& command, Options& options) {
   };
   add("--folder", options.folder, "DIR", "Where the scenes are (default: reference_scenes/stress)");
   add("--scene", options.scenes, "S", "Only these scenes, by name; can be repeated");
-  add("--methods", options.methods, "M", "Of bsdf, nee and mis (default: all three)");
+  add("--methods", options.methods, "M",
+      "Of bsdf, nee, mis and default, which is mis in the\n"
+      "precision that fits the scene (default: all)");
   const std::string words = list_renderers([](const OtherRenderer& r) { return r.word; });
   add("--with", options.programs, "P", "Other programs too: " + words);
   add_option(command, "--time", "SECONDS", options.seconds, number(1e-3, 1e6),
@@ -71,15 +75,18 @@ void add_options(CLI::App& command, Options& options) {
 std::vector<Contestant> list_contestants(const Options& options) {
   std::vector<Contestant> contestants;
   for (const std::string& method : options.methods) {
+    if (method == "default") {
+      contestants.push_back({method, {.bounces = {}}, nullptr, true});
+      continue;
+    }
     for (const Precision precision : {Precision::float32, Precision::float64}) {
       contestants.push_back(
           {method + " " + to_word(precision, precision_words),
-           {.method = one_of(method_words)(method), .precision = precision, .bounces = {}},
-           {}});
+           {.method = one_of(method_words)(method), .precision = precision, .bounces = {}}});
     }
   }
   for (const std::string& program : options.programs) {
-    contestants.push_back({program, {}, &other_renderer(program)});
+    contestants.push_back({.name = program, .settings = {}, .renderer = &other_renderer(program)});
   }
   return contestants;
 }
@@ -173,12 +180,15 @@ int run(const Options& options) {
     line.show(stress.scene.name);
     const Picture truth = stress.find_truth(limits, stop_requested);
     std::vector<Attempt> rows;
-    for (const Contestant& contestant : contestants) {
+    for (Contestant contestant : contestants) {
       if (stop_requested) break;
+      const bool needs = contestant.picks_precision && !needs_double(stress.scene).empty();
+      if (needs) contestant.settings.precision = Precision::float64;
       const auto row = try_out(contestant, stress, truth, limits, alarm, line);
       if (!row) break;
-      const bool is_said =
-          stress.beyond_float && contestant.settings.precision == Precision::float32;
+      const bool is_said = stress.beyond_float &&
+                           contestant.settings.precision == Precision::float32 &&
+                           !contestant.picks_precision;
       has_failed |= !contestant.renderer && !is_said && !row->assessment.is_right();
       rows.push_back(*row);
     }

@@ -476,6 +476,13 @@ T PackedFilter<T>::share_below(T offset) const {
   return (static_cast<T>(above - offsets.begin() - 1) + part) / static_cast<T>(offsets.size() - 1);
 }
 
+double float_growth(const Scene& scene) {
+  const Imath::Box3d box = bounds(scene.shapes);
+  const double eye = (scene.camera.origin - box.center()).length();
+  const double size = std::max((box.max - box.center()).length(), eye);
+  return rounding_errors * size * std::numeric_limits<float>::epsilon() / 2.0;
+}
+
 template struct PackedFilter<float>;
 template struct PackedFilter<double>;
 

@@ -200,6 +200,9 @@ struct PackedScene {
   explicit PackedScene(const Scene& scene);
 };
 
+// How far PackedScene<float> grows flat surfaces, in the scene's own units.
+double float_growth(const Scene& scene);
+
 extern template struct PackedScene<float>;
 extern template struct PackedScene<double>;
 

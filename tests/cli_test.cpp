@@ -249,6 +249,29 @@ TEST_F(CliTest, ImageTellsHowItWasMade) {
   EXPECT_EQ(render("scene.xml").provenance.samples.value(), "0:64");
 }
 
+TEST_F(CliTest, ASceneThatNeedsDoubleIsRenderedSoAndThatIsSaid) {
+  const std::string gap = PLUMB_SCENES "/stress/gap.xml";
+  const auto render_gap = [&](const std::string& options) {
+    const Result result = plumb("render " + gap + " --spp 4 -o gap.exr " + options);
+    EXPECT_EQ(result.exit_code, 0);
+    return std::pair(result.err, read_image(folder / "gap.exr"));
+  };
+  const auto [note, fitting] = render_gap("");
+  EXPECT_EQ(note,
+            "plumb: in double precision, because float is too coarse for the gap between "
+            "'plate_left' and 'plate_right'\n");
+  EXPECT_EQ(fitting.provenance.precision, "double");
+  EXPECT_EQ(fitting.values, render_gap("--precision double").second.values);
+  for (const std::string insisting : {"--precision float", "--fault inverse-pi"}) {
+    const auto [silence, coarse] = render_gap(insisting);
+    EXPECT_EQ(silence, "");
+    EXPECT_EQ(coarse.provenance.precision, "float");
+  }
+  EXPECT_EQ(render_gap("--method plain").first, "");
+  EXPECT_EQ(plumb("render " + gap + " --aov object -o mask.exr").err, "");
+  EXPECT_EQ(render("scene.xml").provenance.precision, "float");
+}
+
 TEST_F(CliTest, RenderingEndsWithTheFirstLimit) {
   EXPECT_EQ(render("scene.xml --spp 5 --time 1000").provenance.samples.value(), "0:5");
   EXPECT_GE(render("scene.xml --time 0.05").provenance.wall_seconds.value(), 0.05);

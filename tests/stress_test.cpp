@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "cli/trial.h"
+#include "scene_files/precision.h"
 #include "tests/test_scenes.h"
 
 namespace plumb::cli {
@@ -75,16 +76,23 @@ TEST(Stress, ClosedFormsAreMetInDoubleWithinFiveStandardErrors) {
   }
 }
 
+TEST(Stress, WhatIsSaidToBeBeyondFloatIsRenderedInDoubleByDefault) {
+  for (const StressScene& stress : scenes()) {
+    EXPECT_EQ(!needs_double(stress.scene).empty(), stress.beyond_float) << stress.scene.name;
+  }
+}
+
 TEST(StressCommand, PrintsATableAndExitsWithZero) {
   const std::string command =
       PLUMB_EXECUTABLE " stress --folder " PLUMB_SCENES
-                       "/stress --scene slit,edge_pixel --methods mis --spp 64 2>&1";
+                       "/stress --scene slit,edge_pixel --methods mis,default --spp 64 2>&1";
   FILE* pipe = popen(command.c_str(), "r");
   ASSERT_NE(pipe, nullptr);
   std::string out;
   for (int c = 0; (c = fgetc(pipe)) != EOF;) out += static_cast<char>(c);
   EXPECT_EQ(pclose(pipe), 0) << out;
-  for (const char* row : {"| slit | mis float |", "| edge_pixel | mis double |"}) {
+  for (const char* row :
+       {"| slit | mis float |", "| edge_pixel | mis double |", "| slit | default |"}) {
     EXPECT_NE(out.find(row), std::string::npos) << out;
   }
 }

@@ -22,6 +22,7 @@
 #include "renderer/render.h"
 #include "renderer/surfaces.h"
 #include "renderer/trace.h"
+#include "scene_files/precision.h"
 #include "scene_files/scene_reader.h"
 
 namespace plumb {
@@ -135,6 +136,8 @@ EXPORT(load) int load(const char* name, size_t size) {
   try {
     FilesInMemory source(std::exchange(files, {}));
     scene = read_scene(std::string(name, size), source);
+    const std::string need = needs_double(scene);
+    if (!need.empty()) scene.notes.push_back("drawn in float, which is too coarse for " + need);
     return told(describe());
   } catch (const std::exception& error) {
     return failed(error.what());
