@@ -34,6 +34,7 @@ struct Options {
   std::optional<SampleRange> samples;
   std::optional<RegionKind> mask;
   Fault fault = Fault::none;
+  std::optional<Method> method;
   std::optional<Sampler> sampler;
   std::optional<Precision> precision;
   double exposure = 0.0;
@@ -57,9 +58,10 @@ void add_options(CLI::App& command, Options& options) {
              "tell how many it takes, so that none is chosen for it");
   add_option(command, "--samples", "A:B", options.samples, parse_samples,
              "Samples A <= s < B of every pixel, for 'plumb merge'");
-  add_option(command, "--method", "M", settings.method, one_of(method_words),
+  add_option(command, "--method", "M", options.method, one_of(method_words),
              "How paths find lamps: bsdf (by chance), nee (lamps are\n"
-             "sampled) or mis (both, weighted; default); or plain,\n"
+             "sampled) or mis (both, weighted; default, unless every\n"
+             "path meets lamps by chance); or plain,\n"
              "the same by slow, simple code in double precision");
   add_option(command, "--sampler", "S", options.sampler, one_of(sampler_words),
              "sobol (Owen-scrambled; default) or independent");
@@ -108,10 +110,13 @@ Limits limits_of(const Options& options, const Scene& scene) {
 
 void complete(Options& options, const Scene& scene) {
   Settings& settings = options.settings;
-  const bool is_plain = settings.method == Method::plain;
-  settings.bounces = scene.request.bounces;
-  settings.sampler = options.sampler.value_or(is_plain ? Sampler::independent : Sampler::sobol);
   const bool has_fault = options.fault != Fault::none;
+  settings.bounces = scene.request.bounces;
+  settings.method = options.method ? *options.method
+                    : has_fault    ? Method::mis
+                                   : fitting_method(scene);
+  const bool is_plain = settings.method == Method::plain;
+  settings.sampler = options.sampler.value_or(is_plain ? Sampler::independent : Sampler::sobol);
   settings.precision = options.precision ? *options.precision
                        : is_plain        ? Precision::float64
                        : has_fault       ? Precision::float32

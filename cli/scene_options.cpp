@@ -11,6 +11,7 @@
 #include "cli/commands.h"
 #include "cli/names.h"
 #include "images/printable.h"
+#include "scene_files/method.h"
 #include "scene_files/precision.h"
 #include "scene_files/scene_reader.h"
 
@@ -47,6 +48,12 @@ Scene load_scene(const SceneOptions& options) {
     fmt::print(stderr, "plumb: warning: {}: no lamp, the picture will be black\n", options.file);
   }
   return scene;
+}
+
+Method fitting_method(const Scene& scene) {
+  if (!scene.request.bounces.is_everything() || !chance_suffices(scene)) return Method::mis;
+  fmt::print(stderr, "plumb: lamps are left to chance (bsdf), by which every path meets them\n");
+  return Method::bsdf;
 }
 
 Precision fitting_precision(const Scene& scene) {

@@ -31,6 +31,9 @@ std::filesystem::path scene_folder();
 // standard error what of the file was taken how. Throws SceneError.
 Scene load_scene(const SceneOptions& options);
 
+// `mis`, or `bsdf` if chance suffices: then it says so on standard error.
+Method fitting_method(const Scene& scene);
+
 // Float, or double if the scene needs it: then it says so on standard error, and why.
 Precision fitting_precision(const Scene& scene);
 

@@ -21,6 +21,7 @@
 #include "cli/progress_line.h"
 #include "cli/scene_options.h"
 #include "cli/trial.h"
+#include "scene_files/method.h"
 #include "scene_files/precision.h"
 
 namespace plumb::cli {
@@ -44,7 +45,7 @@ struct Contestant {
   std::string name;
   Settings settings;
   const OtherRenderer* renderer = nullptr;  // none: the settings are for our own
-  bool picks_precision = false;             // that fits the scene
+  bool is_default = false;                  // method and precision are those that fit the scene
 };
 
 struct Attempt {
@@ -62,14 +63,19 @@ void add_options(CLI::App& command, Options& options) {
   add("--folder", options.folder, "DIR", "Where the scenes are (default: reference_scenes/stress)");
   add("--scene", options.scenes, "S", "Only these scenes, by name; can be repeated");
   add("--methods", options.methods, "M",
-      "Of bsdf, nee, mis and default, which is mis in the\n"
-      "precision that fits the scene (default: all)");
+      "Of bsdf, nee, mis and default, which is what 'render'\n"
+      "takes for the scene (default: all)");
   const std::string words = list_renderers([](const OtherRenderer& r) { return r.word; });
   add("--with", options.programs, "P", "Other programs too: " + words);
   add_option(command, "--time", "SECONDS", options.seconds, number(1e-3, 1e6),
              "For each method on each scene (default: 10)");
   add_option(command, "--spp", "N", options.spp, number<int64_t>(1, largest_sample),
              "Samples per pixel of our methods, at most");
+}
+
+void fit(Settings& settings, const Scene& scene) {
+  if (chance_suffices(scene)) settings.method = Method::bsdf;
+  if (!needs_double(scene).empty()) settings.precision = Precision::float64;
 }
 
 std::vector<Contestant> list_contestants(const Options& options) {
@@ -182,13 +188,12 @@ int run(const Options& options) {
     std::vector<Attempt> rows;
     for (Contestant contestant : contestants) {
       if (stop_requested) break;
-      const bool needs = contestant.picks_precision && !needs_double(stress.scene).empty();
-      if (needs) contestant.settings.precision = Precision::float64;
+      if (contestant.is_default) fit(contestant.settings, stress.scene);
       const auto row = try_out(contestant, stress, truth, limits, alarm, line);
       if (!row) break;
       const bool is_said = stress.beyond_float &&
                            contestant.settings.precision == Precision::float32 &&
-                           !contestant.picks_precision;
+                           !contestant.is_default;
       has_failed |= !contestant.renderer && !is_said && !row->assessment.is_right();
       rows.push_back(*row);
     }

@@ -272,6 +272,20 @@ TEST_F(CliTest, ASceneThatNeedsDoubleIsRenderedSoAndThatIsSaid) {
   EXPECT_EQ(render("scene.xml").provenance.precision, "float");
 }
 
+TEST_F(CliTest, LampsThatEveryPathMeetsAreLeftToChanceAndThatIsSaid) {
+  const std::string scene = PLUMB_SCENES "/stress/white_opening.xml";
+  const auto method_of = [&](const std::string& options) {
+    const Result result = plumb("render " + scene + " --spp 4 -o open.exr " + options);
+    EXPECT_EQ(result.exit_code, 0);
+    return std::pair(read_image(folder / "open.exr").provenance.method, result.err);
+  };
+  const std::string note = "plumb: lamps are left to chance (bsdf), by which every path meets them\n";
+  EXPECT_EQ(method_of(""), std::pair(std::optional<std::string>("bsdf"), note));
+  for (const std::string other : {"--method mis", "--bounces 0:9", "--fault inverse-pi"}) {
+    EXPECT_EQ(method_of(other), std::pair(std::optional<std::string>("mis"), std::string()));
+  }
+}
+
 TEST_F(CliTest, RenderingEndsWithTheFirstLimit) {
   EXPECT_EQ(render("scene.xml --spp 5 --time 1000").provenance.samples.value(), "0:5");
   EXPECT_GE(render("scene.xml --time 0.05").provenance.wall_seconds.value(), 0.05);
