@@ -175,6 +175,18 @@ std::vector<int> first_coplanar(const std::vector<PlacedSurface>& surfaces) {
   return first;
 }
 
+// The first face of the same solid that lies in the face's plane, as one of two triangles of a
+// quad: it stands for both.
+int first_of_side(const std::vector<PlacedSurface>& surfaces, const std::vector<int>& planes,
+                  int face) {
+  int first = face;
+  const auto at = [&](int i) -> const PlacedSurface& { return surfaces[size_t(i)]; };
+  for (int i = face; i >= 0 && at(i).of_solid && at(i).shape == at(face).shape; --i) {
+    if (planes[size_t(i)] == planes[size_t(face)]) first = i;
+  }
+  return first;
+}
+
 template <typename T>
 PackedParallelogram<T> pack_parallelogram(const Polygon& polygon, double growth, T id) {
   const Vec3 normal = polygon.normal();
@@ -380,7 +392,8 @@ std::vector<PackedMirror<T>> list_mirrors(const PlacedSurface& lamp, double grow
       mirror.is_sphere = true;
       mirror.sphere = pack_sphere<T>(*sphere, static_cast<T>(i));
     } else {
-      mirror.face = pack_polygon<T>(std::get<Polygon>(surface.geometry), growth, static_cast<T>(i));
+      const T id = static_cast<T>(first_of_side(surfaces, planes, static_cast<int>(i)));
+      mirror.face = pack_polygon<T>(std::get<Polygon>(surface.geometry), growth, id);
       mirror.face.plane.id = static_cast<T>(planes[i]);
     }
     mirrors.push_back(mirror);
@@ -513,10 +526,11 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     const int first = planes[size_t(i)];
     const T plane = static_cast<T>(first);
     const bool starts_solid = i == 0 || list[size_t(i) - 1].shape != surface.shape;
-    add_surface<T>(surface, starts_solid, growth, id, plane, shapes);
+    const bool is_counted = first_of_side(list, planes, i) != i;  // with another face of the solid
+    if (!is_counted) add_surface<T>(surface, starts_solid, growth, id, plane, shapes);
     const auto* polygon = std::get_if<Polygon>(&surface.geometry);
     const bool is_wall = polygon != nullptr && !surface.of_solid && !surface.of_tree;
-    if (!is_wall || !bounds_the_scene(surface, list)) {
+    if (!is_counted && (!is_wall || !bounds_the_scene(surface, list))) {
       add_surface<T>(surface, starts_solid, growth, id, plane, occluders);
     }
     if (surface.shape->is_lamp()) {

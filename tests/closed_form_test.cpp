@@ -456,14 +456,22 @@ std::vector<MirrorCase> flat_mirrors() {
   const std::vector<Vec3> pentagon{
       {0.2, 1, -0.2}, {0.6, 1, -0.25}, {0.75, 1, 0}, {0.5, 1, 0.25}, {0.25, 1, 0.2}};
   const Shape two_sided = fan(pentagon, tinted_mirror(true));
+  // Corners are the same bits in all faces, so that the boxes are solids.
   Mesh faces;
-  for (const Shape& side : room({-0.2, -0.2, -0.3}, {0.3, 0.2, 0.3}, tinted)) {
+  for (const Shape& side : room({-0.1875, -0.1875, -0.3125}, {0.3125, 0.1875, 0.3125}, tinted)) {
     faces.push_back(std::get<Mesh>(turned_over(side).geometry)[0]);
     for (Vec3& v : faces.back().corners) {
       v = Vec3(0.8 * v.x - 0.6 * v.y + 0.5, 0.6 * v.x + 0.8 * v.y + 1.1, v.z);
     }
   }
   const Shape box{"box", faces, tinted, Rgb(0.0)};
+  Mesh halves;  // of a box's sides, as most files have them
+  for (const Shape& side : room({0.125, 1, -0.375}, {0.75, 1.5, 0.25}, tinted)) {
+    const auto c = std::get<Mesh>(turned_over(side).geometry)[0].corners;
+    halves.push_back({{c[0], c[1], c[2]}});
+    halves.push_back({{c[0], c[2], c[3]}});
+  }
+  const Shape box_of_triangles{"box", halves, tinted, Rgb(0.0)};
   const auto make = [&](const std::string& name, const std::vector<Shape>& things,
                         const Vec3& normal = y_axis) {
     return flat(mirror_case(name, things, origin, normal, eye));
@@ -482,6 +490,7 @@ std::vector<MirrorCase> flat_mirrors() {
                {triangle, polygon({{0.3, 1.1, -0.2}, {0.8, 0.9, 0}, {0.4, 1, 0.35}}, tinted)}),
           make("rectangle_in_five_corners", {rectangle, fan(pentagon, tinted)}),
           make("rectangle_in_a_box", {rectangle, box}),
+          make("rectangle_in_a_box_of_triangles", {rectangle, box_of_triangles}),
           make("rectangle_in_a_faceted_ball",
                {rectangle, icosphere({0.4, 1.2, 0.1}, 0.4, 0, tinted)}, aslant),
           make("two_lamps_in_two_mirrors",
