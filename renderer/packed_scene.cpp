@@ -364,9 +364,9 @@ PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane, double brig
 }
 
 // Whether part of the other surface is where a lamp or a mirror shines: before a flat one.
-bool shines_at(const PlacedSurface& surface, const PlacedSurface& other, bool two_sided) {
-  if (std::holds_alternative<Sphere>(surface.geometry)) return true;
-  const auto [lowest, highest] = reach(surface, {other});
+bool shines_at(const PlacedSurface& from, const PlacedSurface& to, bool two_sided) {
+  if (std::holds_alternative<Sphere>(from.geometry)) return true;
+  const auto [lowest, highest] = reach(from, {to});
   return highest > Polygon::rounding || (two_sided && lowest < -Polygon::rounding);
 }
 
@@ -376,7 +376,7 @@ constexpr size_t max_mirrored_lamps = 128;
 // The mirrors that a lamp shines at and that may throw its light elsewhere, but for those of large
 // meshes.
 template <typename T>
-std::vector<PackedMirror<T>> list_mirrors(const PlacedSurface& lamp, double growth,
+std::vector<PackedMirror<T>> list_mirrors(const PlacedSurface& of_lamp, double growth,
                                           const std::vector<PlacedSurface>& surfaces,
                                           const std::vector<int>& planes) {
   std::vector<PackedMirror<T>> mirrors;
@@ -384,7 +384,8 @@ std::vector<PackedMirror<T>> list_mirrors(const PlacedSurface& lamp, double grow
     const PlacedSurface& surface = surfaces[i];
     const Bsdf& bsdf = surface.shape->bsdf;
     if (bsdf.kind != Bsdf::Kind::conductor || surface.of_tree) continue;
-    if (!shines_at(lamp, surface, false) || !shines_at(surface, lamp, bsdf.two_sided)) continue;
+    if (!shines_at(of_lamp, surface, false) || !shines_at(surface, of_lamp, bsdf.two_sided))
+      continue;
     PackedMirror<T> mirror{};
     mirror.two_sided = bsdf.two_sided;
     mirror.reflectance = pack<T>(bsdf.reflectance);
