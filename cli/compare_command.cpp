@@ -20,7 +20,6 @@
 #include "compare/card.h"
 #include "compare/comparison.h"
 #include "compare/gate.h"
-#include "compare/junit.h"
 #include "compare/maps.h"
 #include "compare/report.h"
 #include "compare/shared_samples.h"

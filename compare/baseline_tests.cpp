@@ -26,20 +26,20 @@ BaselineTests test_by_baselines(const Picture& test, const Picture& reference, d
   const double alpha = -std::expm1(std::log1p(-level) / double(whole.width * whole.height));
   const double critical = boost::math::quantile(boost::math::normal(), 1.0 - alpha / 2.0);
   const Sums sums = add_up(test, reference, whole, {});
-  double squares = 0.0, failures = 0.0, values = 0.0;
+  double squares = 0.0, failures = 0.0;
   for (size_t c = 0; c < test.channel_count(); ++c) {
     for (int block = 0; const Pool& pool : sums.blocks_of(c)) {
-      const Window w = block_window(whole, block++);
       const double noise = (pool.test_variance + pool.reference_variance) / pool.pixels;
       const double most = critical * std::sqrt(std::max(noise, least / samples));
-      for (int j = 0; j < w.width * w.height; ++j, ++values) {
-        const size_t pixel = test.image.pixel(w.x + j % w.width, w.y + j / w.width);
-        const double x = test.value(pixel, c), r = reference.value(pixel, c);
-        squares += std::pow(display_value(x) - display_value(r), 2);
-        failures += std::abs(x - r) > most;
-      }
+      for_each_pixel(block_window(whole, block++), [&](int x, int y) {
+        const size_t pixel = test.image.pixel(x, y);
+        const double t = test.value(pixel, c), r = reference.value(pixel, c);
+        squares += std::pow(display_value(t) - display_value(r), 2);
+        failures += std::abs(t - r) > most;
+      });
     }
   }
+  const double values = sums.image.front().pixels * static_cast<double>(test.channel_count());
   return {std::sqrt(squares / values) > threshold, failures / values > failures_allowed};
 }
 

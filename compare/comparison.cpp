@@ -48,18 +48,16 @@ Errors errors_of(const Pool& pool) {
 
 void find_extremes(const Picture& test, const Picture& reference, const Window& w, size_t channel,
                    Errors& errors) {
-  for (int y = w.y; y < w.y + w.height; ++y) {
-    for (int x = w.x; x < w.x + w.width; ++x) {
-      const PixelPair pair = pixel_pair(test, reference, test.image.pixel(x, y), channel);
-      errors.peak = std::max(errors.peak, pair.reference);
-      if (std::abs(pair.difference()) <= errors.max) continue;
-      errors.max = std::abs(pair.difference());
-      errors.x = x;
-      errors.y = y;
-      errors.max_test = pair.test;
-      errors.max_reference = pair.reference;
-    }
-  }
+  for_each_pixel(w, [&](int x, int y) {
+    const PixelPair pair = pixel_pair(test, reference, test.image.pixel(x, y), channel);
+    errors.peak = std::max(errors.peak, pair.reference);
+    if (std::abs(pair.difference()) <= errors.max) return;
+    errors.max = std::abs(pair.difference());
+    errors.x = x;
+    errors.y = y;
+    errors.max_test = pair.test;
+    errors.max_reference = pair.reference;
+  });
 }
 
 // Of several channels.
@@ -239,18 +237,16 @@ class Judge {
     Pool rest = sums.image[all];
     for (size_t i = 0; i < blocks.size(); ++i) {
       if (blocks[i].squares <= least) continue;
-      const Window w = block_window(window, static_cast<int>(i));
-      for (int j = 0; j < w.width * w.height; ++j) {
-        const int x = w.x + j % w.width, y = w.y + j / w.width;
-        if (!regions_.hold(test_.image.pixel(x, y))) continue;
+      for_each_pixel(block_window(window, static_cast<int>(i)), [&](int x, int y) {
+        if (!regions_.hold(test_.image.pixel(x, y))) return;
         const PixelPair pair = pair_at(x, y, all);
         const double square = pair.difference() * pair.difference();
-        if (square <= std::max(least, blocks[i].squares / 2.0)) continue;
+        if (square <= std::max(least, blocks[i].squares / 2.0)) return;
         const Criterion judge = criterion(all, pair.reference, Unit::pixel);
-        if (std::abs(pair.difference()) <= judge.tolerance + judge.floor) continue;
+        if (std::abs(pair.difference()) <= judge.tolerance + judge.floor) return;
         ++result_.fireflies;
         rest.add(pair, test_, reference_, -1.0);
-      }
+      });
     }
     if (rest.pixels == 0.0) return;
     result_.without_fireflies =

@@ -36,11 +36,9 @@ std::string bias_text(const Convergence& fall) {
 }
 
 std::string sentence(const std::string& name, const Convergence& fall) {
-  const std::string noise =
-      fmt::format("{}: noise falls as N^-{}", name, exponent_text(fall.law.exponent));
-
-  if (fall.stops) return fmt::format("{} and stops at a bias of {}.", noise, bias_text(fall));
-  return fmt::format("{}, no bias seen above {}.", noise, percent(std::max(fall.bias.high, 0.0)));
+  return fmt::format("{}: noise falls as N^-{}{}{}.", name, exponent_text(fall.law.exponent),
+                     fall.stops ? " and stops at a bias of " : ", no bias seen above ",
+                     fall.stops ? bias_text(fall) : percent(std::max(fall.bias.high, 0.0)));
 }
 
 Json to_json(const Interval& i) { return {i.value, i.low, i.high}; }
@@ -61,16 +59,15 @@ Json points_json(const Study& study, const Series& series) {
   return points;
 }
 
-std::string about_reference(const Study& study) {
-  const double noise = study.reference_noise().back();
-  if (noise == 0.0) return "The reference's noise is not known: it counts as bias.";
-  return fmt::format("The reference's own noise, a relMSE of {:.2g} ({}), is subtracted.", noise,
-                     percent(std::sqrt(noise)));
-}
-
 std::vector<std::string> first_sentences(const Study& study) {
+  const double noise = study.reference_noise().back();
   std::vector<std::string> sentences = study.left_out();
-  sentences.insert(sentences.begin(), about_reference(study));
+  sentences.insert(
+      sentences.begin(),
+      noise == 0.0
+          ? "The reference's noise is not known: it counts as bias."
+          : fmt::format("The reference's own noise, a relMSE of {:.2g} ({}), is subtracted.", noise,
+                        percent(std::sqrt(noise))));
   return sentences;
 }
 
@@ -95,10 +92,10 @@ std::optional<Convergence> fit(const Study& study, const Series& series, size_t 
 }
 
 // An error's bar of two standard errors.
-PlotPoint error_point(double x, const Point& p, double power) {
+PlotPoint error_point(double x, const Point& p, double power, double unit) {
   const double error = p.errors.back();
   const double bar = 2.0 * p.deviations.back();
-  const auto at = [&](double value) { return std::pow(std::max(value, 0.0), power); };
+  const auto at = [&](double value) { return unit * std::pow(std::max(value, 0.0), power); };
   return {x, at(error), at(error - bar), at(error + bar)};
 }
 
@@ -106,7 +103,7 @@ void add_rows(const Study& study, const Series& series, Exhibit& exhibit) {
   Json data = {{"series", series.name}, {"points", points_json(study, series)}};
   Curve curve{series.name, {}, {}};
   for (const Point& p : series.points) {
-    curve.points.push_back(error_point(p.label.samples, p, 1.0));
+    curve.points.push_back(error_point(p.label.samples, p, 1.0, 1.0));
   }
   for (size_t c = 0; c < study.channels().size(); ++c) {
     const bool is_last = c + 1 == study.channels().size();
@@ -253,10 +250,7 @@ Exhibit speed_and_accuracy(const Study& study) {
     }
     Curve curve{series.name, {}, {}};
     for (const Point& p : series.points) {
-      curve.points.push_back(error_point(p.label.seconds, p, 0.5));
-      for (const auto member : {&PlotPoint::y, &PlotPoint::low, &PlotPoint::high}) {
-        curve.points.back().*member *= 100.0;
-      }
+      curve.points.push_back(error_point(p.label.seconds, p, 0.5, 100.0));
     }
     exhibit.plot.curves.push_back(curve);
     exhibit.data.push_back({{"series", series.name}, {"points", points_json(study, series)}});

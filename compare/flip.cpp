@@ -188,11 +188,10 @@ Flip flip(FlipKind kind, const Picture& test, const Picture& reference, const Wi
     }
   }
   std::vector<double> values;
-  for (size_t i = 0; i < a.size(); ++i) {
-    const int x = window.x + int(i % size_t(window.width));
-    const int y = window.y + int(i / size_t(window.width));
-    if (regions.hold(test.image.pixel(x, y))) values.push_back(double{result.map[i]});
-  }
+  for_each_pixel(window, [&, value = result.map.begin()](int x, int y) mutable {
+    const double here{*value++};
+    if (regions.hold(test.image.pixel(x, y))) values.push_back(here);
+  });
   if (values.empty()) return result;
   result.mean =
       std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <pugixml.hpp>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -32,17 +33,16 @@ void add_words(const toml::node& node, std::vector<std::string>& words) {
   }
 }
 
+[[noreturn]] void refuse(const toml::source_region& place, std::string_view reason) {
+  throw std::runtime_error(fmt::format("{}:{}: {}", *place.path, place.begin.line, reason));
+}
+
 Verdict parse_verdict(const toml::node& node) {
-  const std::string word = node.value_or("");
-  std::string all;
   for (const Verdict verdict :
        {Verdict::same, Verdict::different, Verdict::inconclusive, Verdict::trouble}) {
-    if (word == to_string(verdict)) return verdict;
-    all += fmt::format("{}{}", all.empty() ? "" : ", ", to_string(verdict));
+    if (node.value_or(std::string()) == to_string(verdict)) return verdict;
   }
-  const toml::source_region& place = node.source();
-  throw std::runtime_error(
-      fmt::format("{}:{}: 'expect' is not one of {}", *place.path, place.begin.line, all));
+  refuse(node.source(), "'expect' is not one of same, different, inconclusive, trouble");
 }
 
 GateEntry read_entry(const toml::table& table) {
@@ -67,9 +67,8 @@ void add_pictures(const std::filesystem::path& folder, std::set<std::string>& na
                                             ".tiff", ".jpg", ".jpeg", ".webp", ".tga",
                                             ".bmp",  ".dpx", ".ppm"};
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file() || !extensions.contains(entry.path().extension().string()))
-      continue;
-    names.insert(entry.path().lexically_relative(folder).string());
+    if (entry.is_regular_file() && extensions.contains(entry.path().extension().string()))
+      names.insert(entry.path().lexically_relative(folder).string());
   }
 }
 
@@ -98,16 +97,12 @@ std::vector<GateEntry> read_gate(const std::filesystem::path& file) {
     if (const auto* list = gate["compare"].as_array()) {
       for (const toml::node& node : *list) {
         const auto* table = node.as_table();
-        if (table == nullptr) {
-          throw std::runtime_error(
-              fmt::format("{}:{}: not a [[compare]]", file.string(), node.source().begin.line));
-        }
+        if (table == nullptr) refuse(node.source(), "not a [[compare]]");
         entries.push_back(read_entry(*table));
       }
     }
   } catch (const toml::parse_error& error) {
-    throw std::runtime_error(
-        fmt::format("{}:{}: {}", file.string(), error.source().begin.line, error.description()));
+    refuse(error.source(), error.description());
   }
   if (entries.empty()) throw std::runtime_error(file.string() + ": no [[compare]] in it");
   return entries;
@@ -116,15 +111,13 @@ std::vector<GateEntry> read_gate(const std::filesystem::path& file) {
 void run_entry(GateEntry& entry,
                const std::function<std::pair<Verdict, std::string>(const GateEntry&)>& compare) {
   const auto start = std::chrono::steady_clock::now();
+  entry.verdict = Verdict::trouble;
   try {
     std::tie(entry.verdict, entry.explanation) = compare(entry);
   } catch (const std::exception& error) {
-    entry.verdict = Verdict::trouble;
-    entry.explanation =
-        fmt::format("{}: {}\n", to_string(entry.verdict), printable(error.what(), LineEnds::kept));
+    entry.explanation = fmt::format("trouble: {}\n", printable(error.what(), LineEnds::kept));
   } catch (...) {
-    entry.verdict = Verdict::trouble;
-    entry.explanation = fmt::format("{}: unknown exception\n", to_string(entry.verdict));
+    entry.explanation = "trouble: unknown exception\n";
   }
   entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -132,12 +125,33 @@ void run_entry(GateEntry& entry,
 int exit_code_of(const std::vector<GateEntry>& entries) {
   for (const Verdict gravest :
        {Verdict::trouble, Verdict::different, Verdict::same, Verdict::inconclusive}) {
-    const auto is_such = [&](const GateEntry& entry) {
-      return !entry.is_as_expected() && entry.verdict == gravest;
-    };
-    if (std::ranges::any_of(entries, is_such)) return std::max(1, static_cast<int>(gravest));
+    for (const GateEntry& entry : entries) {
+      if (entry.is_as_expected() || entry.verdict != gravest) continue;
+      return std::max(1, static_cast<int>(gravest));
+    }
   }
   return 0;
+}
+
+std::string to_junit(const std::vector<GateEntry>& entries) {
+  pugi::xml_document document;
+  pugi::xml_node suite = document.append_child("testsuite");
+  suite.append_attribute("name") = "plumb compare";
+  suite.append_attribute("tests") = entries.size();
+  for (const GateEntry& entry : entries) {
+    pugi::xml_node test = suite.append_child("testcase");
+    test.append_attribute("name") = entry.name.c_str();
+    test.append_attribute("time") = entry.seconds;
+    if (entry.is_as_expected()) continue;
+    const bool is_trouble = entry.verdict == Verdict::trouble;
+    pugi::xml_node failure = test.append_child(is_trouble ? "error" : "failure");
+    failure.append_attribute("message") =
+        fmt::format("{}, not {}", to_string(entry.verdict), to_string(entry.expected)).c_str();
+    failure.text() = entry.explanation.c_str();
+  }
+  std::ostringstream stream;
+  document.save(stream, "  ");
+  return stream.str();
 }
 
 }  // namespace plumb

@@ -51,4 +51,8 @@ void run_entry(GateEntry& entry,
 // inconclusive (3).
 int exit_code_of(const std::vector<GateEntry>& entries);
 
+// For CI servers JUnit's XML: a test case for each entry. One that did not end as expected is an
+// error if it was trouble, else a failure.
+std::string to_junit(const std::vector<GateEntry>& entries);
+
 }  // namespace plumb

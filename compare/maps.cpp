@@ -70,12 +70,9 @@ double round_scale(std::vector<double> values) {
 // Of the mean over the channels in a unit.
 double value(MapKind kind, const Picture& test, const Picture& reference, const Window& w) {
   Pool pool;
-  for (int y = w.y; y < w.y + w.height; ++y) {
-    for (int x = w.x; x < w.x + w.width; ++x) {
-      const size_t pixel = test.image.pixel(x, y);
-      pool.add(pixel_pair(test, reference, pixel, test.channel_count()), test, reference);
-    }
-  }
+  for_each_pixel(w, [&](int x, int y) {
+    pool.add(mean_pair(test, reference, test.image.pixel(x, y)), test, reference);
+  });
   const double difference = pool.test - pool.reference;
   const double variance = pool.test_variance + pool.reference_variance;
   if (kind == MapKind::difference) return difference;
@@ -110,16 +107,12 @@ Image draw_map(MapKind kind, const Picture& test, const Picture& reference, cons
               {},
               {.scale = number}};
   image.values.assign(image.pixel(0, image.height) * 3, 1.0F);
-  for (int y = 0; y < window.height; ++y) {
-    for (int x = 0; x < window.width; ++x) {
-      set(image, x, y, diverging(values[place(x, y)] / scale));
-    }
-  }
+  for_each_pixel({0, 0, window.width, window.height},
+                 [&](int x, int y) { set(image, x, y, diverging(values[place(x, y)] / scale)); });
   const double least = is_flip ? 0.0 : -1.0;
-  for (int x = 0; x < image.width; ++x) {
-    for (int y = window.height + 1; y < image.height; ++y)
-      set(image, x, y, diverging(least + (1.0 - least) * x / (image.width - 1)));
-  }
+  for_each_pixel({0, window.height + 1, image.width, bar_height - 1}, [&](int x, int y) {
+    set(image, x, y, diverging(least + (1.0 - least) * x / (image.width - 1)));
+  });
   const int text = window.height + 3;
   write(image, 2, text, is_flip ? "0" : "-" + number);
   if (!is_flip) write(image, image.width / 2 - 1, text, "0");

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <ranges>
 #include <string_view>
 #include <utility>
 
@@ -51,10 +52,8 @@ void append(Image& whole, const Image& part, const std::string& name) {
   std::vector<float> values;
   values.reserve(whole.values.size() + part.values.size());
   for (size_t p = 0; p * stride < whole.values.size(); ++p) {
-    const auto first = whole.values.begin() + static_cast<std::ptrdiff_t>(p * stride);
-    const auto next = part.values.begin() + static_cast<std::ptrdiff_t>(p * more);
-    values.insert(values.end(), first, first + static_cast<std::ptrdiff_t>(stride));
-    values.insert(values.end(), next, next + static_cast<std::ptrdiff_t>(more));
+    std::copy_n(&whole.values[p * stride], stride, std::back_inserter(values));
+    std::copy_n(&part.values[p * more], more, std::back_inserter(values));
   }
   whole.values = std::move(values);
   for (const std::string& channel : part.channels) {
@@ -153,10 +152,8 @@ void choose(Picture& picture, const Names& channels, size_t averaged) {
         picture.file_variances.empty() ? place_of(picture.image, "variance." + channel) : place);
   }
   // The noise of all is known with that of each of them.
-  const auto end = picture.variance_channels.begin() + static_cast<std::ptrdiff_t>(averaged);
-  if (std::find(picture.variance_channels.begin(), end, std::nullopt) != end) {
-    std::fill(picture.variance_channels.begin(), end, std::nullopt);
-  }
+  auto noise = picture.variance_channels | std::views::take(averaged);
+  if (std::ranges::count(noise, std::nullopt) > 0) std::ranges::fill(noise, std::nullopt);
   picture.left_out = without(pictured_channels(picture.image), channels);
 }
 
@@ -175,18 +172,16 @@ void refuse_poison(const Picture& picture, const Names& channels, bool negative)
 // their usual order before all else; without any colours all channels stay as they are. Returns how
 // many "all" is the mean of.
 size_t put_colours_first(std::vector<std::pair<std::string, std::string>>& pairs) {
-  Names names;
+  Names names, layers;
   for (const auto& [test, reference] : pairs) names.push_back(test);
   const auto is_colour = [&](const std::string& name) {
     return kind_of(name, names) == ChannelKind::colour;
   };
-  const auto is_unnamed = [&](const auto& name) {
-    return is_colour(name) && layer_of(name).empty();
-  };
-  auto main = std::ranges::find_if(names, is_unnamed);
-  if (main == names.end()) main = std::ranges::find_if(names, is_colour);
-  if (main == names.end()) return pairs.size();
-  const std::string layer = layer_of(*main);
+  for (const std::string& name : names) {
+    if (is_colour(name)) layers.push_back(layer_of(name));
+  }
+  if (layers.empty()) return pairs.size();
+  const std::string layer = std::ranges::count(layers, "") > 0 ? "" : layers.front();
   const auto is_main = [&](const auto& pair) {
     return is_colour(pair.first) && layer_of(pair.first) == layer;
   };
@@ -198,24 +193,18 @@ size_t put_colours_first(std::vector<std::pair<std::string, std::string>>& pairs
   return static_cast<size_t>(std::ranges::count_if(pairs, is_main));
 }
 
-// The names of a layer's channels, without it.
-Names channels_of(const Image& image, const std::optional<std::string>& layer) {
-  Names names = pictured_channels(image);
-  if (!layer) return names;
-  std::erase_if(names, [&](const std::string& name) { return layer_of(name) != *layer; });
-  for (std::string& name : names) name = name.substr(layer->empty() ? 0 : layer->size() + 1);
-  return names;
-}
-
-// Channels, and what is left of their names in a layer, that both pictures have.
-Names common_channels(const Picture& test, const Picture& reference,
-                      const std::optional<std::pair<std::string, std::string>>& layers) {
-  const auto layer = [&](auto side) {
-    return layers ? std::optional((*layers).*side) : std::nullopt;
+// Channels, and what is left of their names in the selected layers, that both pictures have.
+Names common_channels(const Picture& test, const Picture& reference, const Selection& selection) {
+  const auto in_layer = [&](const Image& image, const std::string& layer) {
+    Names names = pictured_channels(image);
+    if (!selection.layer) return names;
+    std::erase_if(names, [&](const std::string& name) { return layer_of(name) != layer; });
+    for (std::string& name : names) name = name.substr(layer.empty() ? 0 : layer.size() + 1);
+    return names;
   };
-  using Sides = std::pair<std::string, std::string>;
-  const Names in_test = channels_of(test.image, layer(&Sides::first));
-  const Names in_reference = channels_of(reference.image, layer(&Sides::second));
+  const auto layers = name_on_each_side(selection.layer.value_or(""));
+  const Names in_test = in_layer(test.image, layers.first);
+  const Names in_reference = in_layer(reference.image, layers.second);
   const Names more = without(in_test, in_reference), less = without(in_reference, in_test);
   const Names common = without(in_test, more);
   if (common.empty()) {
@@ -293,22 +282,17 @@ std::pair<std::string, std::string> name_on_each_side(const std::string& text) {
 
 Names match(Picture& test, Picture& reference, const Selection& selection) {
   check_frames(test, reference);
-  std::optional<std::pair<std::string, std::string>> layers;
-  if (selection.layer) layers = name_on_each_side(*selection.layer);
   std::vector<std::pair<std::string, std::string>> pairs;
   for (const std::string& name : selection.channels) pairs.push_back(name_on_each_side(name));
   if (pairs.empty()) {
-    for (const std::string& name : common_channels(test, reference, layers)) {
+    for (const std::string& name : common_channels(test, reference, selection)) {
       pairs.emplace_back(name, name);
     }
   }
-  const auto full = [](const std::string& layer, const std::string& name) {
-    return layer.empty() ? name : fmt::format("{}.{}", layer, name);
-  };
+  const auto layers = name_on_each_side(selection.layer.value_or(""));
   for (auto& [in_test, in_reference] : pairs) {
-    if (!layers) continue;
-    in_test = full(layers->first, in_test);
-    in_reference = full(layers->second, in_reference);
+    if (!layers.first.empty()) in_test = layers.first + "." + in_test;
+    if (!layers.second.empty()) in_reference = layers.second + "." + in_reference;
   }
   const size_t averaged = put_colours_first(pairs);
   Names of_test, of_reference;

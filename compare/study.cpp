@@ -78,7 +78,6 @@ Label label_of(const Picture& picture) {
 
 void Study::measure_reference() {
   const auto n = static_cast<double>(reference_.image.width * reference_.image.height);
-  std::vector<double> deviations;
   for (size_t c = 0; c < reference_.channel_count(); ++c) {
     double sum = 0.0;
     double squares = 0.0;
@@ -91,10 +90,10 @@ void Study::measure_reference() {
     noise_.push_back(sum / n);
     // Of normal noise, a squared error scatters by twice the variance's square; and the variance is
     // not known exactly.
-    deviations.push_back(std::sqrt(squares * (2.0 + 2.0 / reference_.degrees_of_freedom)) / n);
+    noise_deviations_.push_back(std::sqrt(squares * (2.0 + 2.0 / reference_.degrees_of_freedom)) /
+                                n);
   }
   add_mean(noise_);
-  noise_deviations_ = deviations;
   add_mean(noise_deviations_);
 }
 

@@ -84,20 +84,17 @@ Sums add_up(const Picture& test, const Picture& reference, const Window& window,
   sums.blocks.resize(static_cast<size_t>(block_columns(window) * block_rows(window)) * pools);
   const auto add_block = [&](int block, std::vector<Pool>& in_regions) {
     Pool* const pool = &sums.blocks[static_cast<size_t>(block) * pools];
-    const Window w = block_window(window, block);
-    for (int y = w.y; y < w.y + w.height; ++y) {
-      for (int x = w.x; x < w.x + w.width; ++x) {
-        const size_t pixel = test.image.pixel(x, y);
-        if (!regions.hold(pixel)) continue;
-        const int region = regions.of_pixel.empty() ? -1 : regions.of_pixel[pixel];
-        for (size_t c = 0; c < pools; ++c) {
-          const PixelPair pair = pixel_pair(test, reference, pixel, c);
-          pool[c].add(pair, test, reference);
-          if (region < 0) continue;
-          in_regions[static_cast<size_t>(region) * pools + c].add(pair, test, reference);
-        }
+    for_each_pixel(block_window(window, block), [&](int x, int y) {
+      const size_t pixel = test.image.pixel(x, y);
+      if (!regions.hold(pixel)) return;
+      const int region = regions.of_pixel.empty() ? -1 : regions.of_pixel[pixel];
+      for (size_t c = 0; c < pools; ++c) {
+        const PixelPair pair = pixel_pair(test, reference, pixel, c);
+        pool[c].add(pair, test, reference);
+        if (region < 0) continue;
+        in_regions[static_cast<size_t>(region) * pools + c].add(pair, test, reference);
       }
-    }
+    });
   };
   // In an order that doesn't depend on the number of threads.
   sums.regions = tbb::parallel_deterministic_reduce(

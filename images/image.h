@@ -18,6 +18,14 @@ struct Window {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
+// Calls `use` with x and y of each pixel, row by row.
+template <typename Use>
+void for_each_pixel(const Window& w, Use use) {
+  for (int y = w.y; y < w.y + w.height; ++y) {
+    for (int x = w.x; x < w.x + w.width; ++x) use(x, y);
+  }
+}
+
 // A value per channel and pixel; rows from the top, channels interleaved. What was read is linear,
 // has the primaries of Rec. 709, and colours are multiplied by alpha.
 struct Image {

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "compare/gate.h"
-#include "compare/junit.h"
 #include "tests/fuzz/stored.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
