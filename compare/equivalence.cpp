@@ -92,8 +92,9 @@ Estimate Criterion::estimate(const Pool& pool, double critical) const {
     result.margin = critical * std::sqrt(std::max(cautious, pool.squares)) / n;
     // A bias b adds n b^2 to the squares, so that fewer than critical^2 pixels never show it.
     const double room = n - critical * critical;
+    static const double certainty = quantile(math::normal(), 0.95);
     result.visible += room > 0.0 ? std::sqrt(cautious / n) * (critical / std::sqrt(room)) +
-                                       quantile(math::normal(), 0.95) * result.standard_error
+                                       certainty * result.standard_error
                                  : std::numeric_limits<double>::infinity();
   }
   judge(result);

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cmath>
@@ -117,16 +119,23 @@ struct Checked {
 void refuse_poison(const Picture& picture, const std::vector<Checked>& channels,
                    const std::vector<float>& values) {
   const size_t stride = picture.image.channels.size();
-  size_t count = 0;
-  size_t first = 0;
-  for (size_t p = 0; p < values.size(); p += stride) {
-    for (const auto& [place, may_be_negative] : channels) {
-      const float value = values[p + place];
-      const float least = may_be_negative ? std::numeric_limits<float>::lowest() : 0.0F;
-      if (value >= least && value <= std::numeric_limits<float>::max()) continue;  // not NaN either
-      if (count++ == 0) first = p + place;
-    }
-  }
+  using Found = std::pair<size_t, size_t>;  // how many, and where the first one is
+  const auto [count, first] = tbb::parallel_reduce(
+      tbb::blocked_range<size_t>(0, values.size() / stride), Found(),
+      [&](const tbb::blocked_range<size_t>& pixels, Found found) {
+        for (size_t p = pixels.begin(); p < pixels.end(); ++p) {
+          for (const auto& [place, may_be_negative] : channels) {
+            const float value = values[p * stride + place];
+            const float least = may_be_negative ? std::numeric_limits<float>::lowest() : 0.0F;
+            const bool is_good = value >= least && value <= std::numeric_limits<float>::max();
+            if (!is_good && found.first++ == 0) found.second = p * stride + place;  // NaN, too
+          }
+        }
+        return found;
+      },
+      [](const Found& a, const Found& b) {
+        return Found(a.first + b.first, a.first > 0 ? a.second : b.second);
+      });
   if (count == 0) return;
   const auto width = static_cast<size_t>(picture.image.width);
   const bool is_negative = values[first] < 0.0F && std::isfinite(values[first]);
