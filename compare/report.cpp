@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "compare/markdown.h"
+#include "images/printable.h"
 #include "images/relative_error.h"
 
 namespace plumb {
@@ -41,8 +42,8 @@ std::string place(const Finding& f) {
 }
 
 TableRow row(const Finding& f) {
-  return {place(f), f.channel, short_number(f.estimate.test), short_number(f.estimate.reference),
-          bias(f.estimate)};
+  const auto [test, reference] = told_apart(f.estimate.test, f.estimate.reference);
+  return {place(f), f.channel, test, reference, bias(f.estimate)};
 }
 
 // The errors' names for programs and for people.
@@ -71,11 +72,11 @@ std::string error_tables(const Comparison& comparison) {
   std::array<std::vector<TableRow>, 2> rows;
   for (size_t c = 0; c < comparison.errors.size(); ++c) {
     const Errors& e = comparison.errors[c];
-    const Estimate& mean = comparison.image[c].estimate;
-    rows[0].push_back({comparison.channels[c], short_number(mean.test),
-                       short_number(mean.reference), bias(mean)});
+    const auto [test, reference] = told_apart(e.max_test, e.max_reference);
+    rows[0].push_back(row(comparison.image[c]));
+    rows[0].back().erase(rows[0].back().begin());
     rows[1].push_back({comparison.channels[c], short_number(e.max), fmt::format("{},{}", e.x, e.y),
-                       short_number(e.max_test), short_number(e.max_reference)});
+                       test, reference});
     for (size_t i = 0; const Field& field : fields(e)) {
       const size_t half = i++ / 5;
       if (c == 0) heads[half].emplace_back(field.title);
@@ -208,8 +209,9 @@ std::string clearest(const Comparison& comparison) {
   };
   const Level& level = *std::ranges::max_element(comparison.levels, {}, clearness);
   const Finding& f = level.worst.front();
-  return fmt::format("{} {} has {} in {} ({:.4g}, not {:.4g})", to_string(level.unit), place(f),
-                     bias(f.estimate), f.channel, f.estimate.test, f.estimate.reference);
+  const auto [test, reference] = told_apart(f.estimate.test, f.estimate.reference);
+  return fmt::format("{} {} has {} in {} ({}, not {})", to_string(level.unit), place(f),
+                     bias(f.estimate), f.channel, test, reference);
 }
 
 std::string reason(const Comparison& comparison, double samples_per_pixel) {
@@ -217,11 +219,11 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
   const double tolerance = comparison.tolerances.back();
   const std::string tolerated =
       fmt::format("{} ({:.3g})", percent(tolerance, whole.reference), tolerance);
+  const std::string within =
+      tolerance == 0.0 ? "the means are equal" : "the means differ by less than " + tolerated;
   const std::string but = outliers(comparison);
   if (comparison.is_same_but_for_pixels) {
-    return fmt::format(
-        "the means differ by less than {}, but not {}; --max-outliers lets them pass", tolerated,
-        but);
+    return fmt::format("{}, but not {}; --max-outliers lets them pass", within, but);
   }
   if (comparison.looks_different) {
     return fmt::format("looks different: FLIP has the mean {:.4g} and the 95th percentile {:.4g}",
@@ -234,7 +236,7 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
   }
   if (comparison.errors.back().max == 0.0) return "all pixels are equal";
   if (comparison.verdict == Verdict::same) {
-    return "the means differ by less than " + tolerated + (but.empty() ? "" : ", but for " + but);
+    return within + (but.empty() ? "" : ", but for " + but);
   }
   const double factor = comparison.samples_factor;
   if (!std::isfinite(factor)) {
@@ -242,7 +244,8 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
         "with a floor of {} nothing tells whether the means differ by less than {}; a "
         "tolerance above {} % could be met",
         percent(comparison.floors.back(), whole.reference), tolerated,
-        short_number(100.0 * least_tolerance(comparison)));
+        told_apart(100.0 * least_tolerance(comparison),
+                   100.0 * tolerance / std::abs(whole.reference))[0]);
   }
   std::string text = "noise hides whether the means differ by less than " + tolerated;
   text += fmt::format("; {:.2g} times the samples", factor);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace plumb {
 namespace {
@@ -49,6 +50,16 @@ std::string printable(std::string_view text, LineEnds ends) {
     text.remove_prefix(std::max(length, size_t{1}));
   }
   return result;
+}
+
+std::array<std::string, 2> told_apart(double a, double b) {
+  constexpr int most = std::numeric_limits<double>::max_digits10;
+  std::array<std::string, 2> texts;
+  for (int digits = 4; digits <= most && texts[0] == texts[1]; ++digits) {
+    texts = {fmt::format("{:.{}g}", a, digits), fmt::format("{:.{}g}", b, digits)};
+    if (a == b) break;
+  }
+  return texts;
 }
 
 }  // namespace plumb

@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "images/printable.h"
+
 namespace plumb {
 
 PixelWindow unite(const PixelWindow& a, const PixelWindow& b) {
@@ -45,10 +47,10 @@ void check_size(const StoredImage& stored, const std::filesystem::path& file) {
   const double installed = double(::sysconf(_SC_PHYS_PAGES)) * double(::sysconf(_SC_PAGESIZE));
   const double half = 0.5 * std::min(installed, double(allowed.rlim_cur));
   if (needed <= half) return;
+  const auto [wanted, present] = told_apart(needed / 1e9, half / 1e9);
   fail(file, "picture too large",
-       fmt::format("{} x {} pixels of {} channels need {:.0f} GB, half of the memory is {:.0f} GB",
-                   frame.width, frame.height, stored.image.channels.size(), needed / 1e9,
-                   half / 1e9));
+       fmt::format("{} x {} pixels of {} channels need {} GB, half of the memory is {} GB",
+                   frame.width, frame.height, stored.image.channels.size(), wanted, present));
 }
 
 }  // namespace plumb

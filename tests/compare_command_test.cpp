@@ -4,6 +4,8 @@
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -406,6 +408,23 @@ TEST_F(CompareCommand, SmallNumbersShowThatTheyAreNotZero) {
   EXPECT_EQ(result.exit_code, different);
   EXPECT_FALSE(contains(result.output, "-0.000 %")) << result.output;
   EXPECT_TRUE(contains(result.output, " -0.0001")) << result.output;
+}
+
+TEST_F(CompareCommand, NumbersThatDifferAreShownWithTheDigitsThatTellThemApart) {
+  Image test = clean;
+  for (float& value : test.values) value *= 1.00001F;
+  write_image(test, folder / "test.exr");
+  // The mean of red is 0.576302.
+  const Result result = compare("test.exr clean.exr --tolerance 0");
+  EXPECT_TRUE(contains(result.output, "in R (0.57631, not 0.5763)")) << result.output;
+}
+
+TEST_F(CompareCommand, EqualMeansAreNotSaidToDifferByLessThanNothing) {
+  Image test = clean;
+  std::swap_ranges(test.values.begin(), test.values.begin() + 3, test.values.begin() + 3);
+  write_image(test, folder / "test.exr");
+  const Result result = compare("test.exr clean.exr --tolerance 0");
+  EXPECT_TRUE(contains(result.output, "different: the means are equal, but not 2 pixels"));
 }
 
 TEST_F(CompareCommand, AlmostNothingInAnEmptyChannelIsTheSame) {

@@ -187,6 +187,14 @@ TEST(Printable, IsAllThatIsSeenAndTheRestEscaped) {
   }
 }
 
+TEST(Printable, NumbersThatDifferHaveTheDigitsThatTellThemApart) {
+  using Texts = std::array<std::string, 2>;
+  EXPECT_EQ(told_apart(0.5, 0.12345678), (Texts{"0.5", "0.1235"}));
+  EXPECT_EQ(told_apart(0.454321, 0.454327), (Texts{"0.45432", "0.45433"}));
+  EXPECT_EQ(told_apart(1.0, std::nextafter(1.0, 2.0)), (Texts{"1", "1.0000000000000002"}));
+  EXPECT_EQ(told_apart(0.12345678, 0.12345678), (Texts{"0.1235", "0.1235"}));
+}
+
 TEST_F(ImageTest, WhatFilesSayIsPrintable) {
   Image image = noise(2, 2);
   image.channels = {"R", "G", "B\x1b"};
