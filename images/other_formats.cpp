@@ -65,26 +65,64 @@ Provenance provenance_of(const OIIO::ImageSpec& spec) {
   return to_provenance(attributes);
 }
 
+uint32_t read_number(std::istream& stream, int bytes, bool is_little_endian = false) {
+  uint32_t number = 0;
+  for (int i = 0; i < bytes; ++i) {
+    const uint32_t byte = static_cast<unsigned char>(stream.get());
+    number = is_little_endian ? number | byte << 8 * i : number << 8 | byte;
+  }
+  return number;
+}
+
 // A PNG's own, which OpenImageIO doesn't tell. A profile stands above them.
 std::optional<Chromaticities> png_chromaticities(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
-  const auto number = [&] {
-    unsigned char b[4] = {};
-    stream.read(reinterpret_cast<char*>(b), 4);
-    return uint32_t{b[0]} << 24 | uint32_t{b[1]} << 16 | uint32_t{b[2]} << 8 | b[3];
-  };
   std::optional<Chromaticities> found;
   std::string chunk(4, ' ');
   for (std::streamoff next = 8; stream.seekg(next);) {
-    next += 12 + std::streamoff{number()};
+    next += 12 + std::streamoff{read_number(stream, 4)};
     if (!stream.read(chunk.data(), 4) || chunk == "IDAT") return found;
     if (chunk == "iCCP" || chunk == "sRGB") return std::nullopt;
     if (chunk != "cHRM") continue;
     found.emplace();
-    for (float& x : *found) x = float(number()) / 1e5F;
+    for (float& x : *found) x = float(read_number(stream, 4)) / 1e5F;
     std::ranges::rotate(*found, found->begin() + 2);  // from white, red, green, blue
   }
   return found;
+}
+
+// Those of a part of a TIFF, which OpenImageIO doesn't tell either. Each has a directory of fields
+// and the place of the next one. White is that of Rec. 709 where the file states primaries alone.
+std::optional<Chromaticities> tiff_chromaticities(const fs::path& file, int part) {
+  constexpr uint32_t white = 318, primaries = 319, profile = 34675;
+  std::ifstream stream(file, std::ios::binary);
+  const bool is_little_endian = stream.get() == 'I';
+  const auto number = [&](int bytes) { return read_number(stream, bytes, is_little_endian); };
+  stream.seekg(2);
+  if (number(2) != 42) return std::nullopt;  // 43 is BigTIFF
+  stream.seekg(number(4));
+  for (; part > 0; --part) {
+    stream.seekg(12 * number(2), std::ios::cur);
+    stream.seekg(number(4));
+  }
+  Chromaticities found = rec709;
+  bool has_primaries = false;
+  for (uint32_t fields = number(2); fields > 0 && stream; --fields) {
+    const uint32_t tag = number(2);
+    stream.seekg(6, std::ios::cur);  // type and count
+    const uint32_t place = number(4);
+    if (tag == profile) return std::nullopt;
+    if (tag != white && tag != primaries) continue;
+    has_primaries |= tag == primaries;
+    const auto next = stream.tellg();
+    stream.seekg(place);
+    for (size_t i = tag == white ? 6 : 0; i < (tag == white ? 8U : 6U); ++i) {
+      const auto numerator = static_cast<float>(number(4));
+      found[i] = numerator / static_cast<float>(number(4));
+    }
+    stream.seekg(next);
+  }
+  return has_primaries ? std::optional(found) : std::nullopt;
 }
 
 StoredImage read_header(const OIIO::ImageSpec& spec) {
@@ -149,6 +187,9 @@ StoredImage read(const fs::path& file, const std::string& format, const std::str
   image.part = parts.part;
   image.other_parts = parts.other_parts;
   if (format == "png" && !stored.chromaticities) stored.chromaticities = png_chromaticities(file);
+  if (format == "tif" || format == "tiff") {
+    stored.chromaticities = tiff_chromaticities(file, input->current_subimage());
+  }
   check_size(stored, file);
   image.values.resize(spec.image_pixels() * static_cast<size_t>(spec.nchannels));
   if (!input->read_image(input->current_subimage(), 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT,

@@ -269,6 +269,61 @@ TEST_F(StoredImageTest, PrimariesOfAPngBecomeThoseOfRec709) {
   EXPECT_FALSE(read_image(file, "", Integers::codes).is_converted);
 }
 
+std::string number(uint32_t value, int bytes, bool is_little_endian) {
+  std::string text;
+  for (int i = 0; i < bytes; ++i) {
+    text += static_cast<char>(value >> 8 * (is_little_endian ? i : bytes - 1 - i));
+  }
+  return text;
+}
+
+// A part of a TIFF, at this place in the file: one red pixel, all of whose fields are of 32 bits.
+std::string tiff_part(uint32_t place, uint32_t next, const std::vector<uint32_t>& primaries,
+                      bool is_little_endian) {
+  constexpr uint32_t integer = 4, fraction = 5, fields = 11;
+  const uint32_t bits = place + 2 + 12 * fields + 4, pixel = bits + 12, colours = pixel + 4;
+  const auto bytes = [&](uint32_t value, int count) {
+    return number(value, count, is_little_endian);
+  };
+  std::string text = bytes(fields, 2);
+  for (const auto& [tag, type, count, value] :
+       std::vector<std::array<uint32_t, 4>>{{256, integer, 1, 1},
+                                            {257, integer, 1, 1},
+                                            {258, integer, 3, bits},
+                                            {259, integer, 1, 1},
+                                            {262, integer, 1, 2},
+                                            {273, integer, 1, pixel},
+                                            {277, integer, 1, 3},
+                                            {278, integer, 1, 1},
+                                            {279, integer, 1, 3},
+                                            {318, fraction, 2, colours + 48},
+                                            {319, fraction, 6, colours}}) {
+    text += bytes(tag, 2) + bytes(type, 2) + bytes(count, 4) + bytes(value, 4);
+  }
+  text += bytes(next, 4);
+  for (int c = 0; c < 3; ++c) text += bytes(8, 4);
+  text += std::string("\xff\0\0\0", 4);
+  for (const uint32_t x : primaries) text += bytes(x, 4) + bytes(10000, 4);
+  return text;
+}
+
+// The matrix from Rec. 2020 as Rec. ITU-R BT.2087 has it.
+TEST_F(StoredImageTest, PrimariesOfATiffBecomeThoseOfRec709) {
+  const std::vector<uint32_t> rec709{6400, 3300, 3000, 6000, 1500, 600, 3127, 3290};
+  const std::vector<uint32_t> rec2020{7080, 2920, 1700, 7970, 1310, 460, 3127, 3290};
+  for (const bool is_little_endian : {true, false}) {
+    const std::string first = tiff_part(8, 226, rec709, is_little_endian);
+    ASSERT_EQ(first.size(), 218U);
+    std::ofstream(folder / "wide.tif", std::ios::binary)
+        << (is_little_endian ? "II" : "MM") << number(42, 2, is_little_endian)
+        << number(8, 4, is_little_endian) << first << tiff_part(226, 0, rec2020, is_little_endian);
+    expect_near(read_image(folder / "wide.tif", "0").values, {1, 0, 0}, 0);
+    const Image image = read_image(folder / "wide.tif", "1");
+    expect_near(image.values, {1.6605F, -0.1246F, -0.0182F}, 1e-3F);
+    EXPECT_TRUE(has_note(image, "red 0.708,0.292"));
+  }
+}
+
 TEST_F(StoredImageTest, AnIccProfileIsNotAppliedAndThatIsSaid) {
   OIIO::ImageSpec spec(1, 1, 3, OIIO::TypeDesc::UINT8);
   const std::string profile(200, 'P');
