@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -234,6 +235,22 @@ Picture read_side(const Options& options, const std::string& side, const std::st
   return read_picture(side, files, part, options.integers);
 }
 
+// What the files tell of the same numbers in different words, such as "primaries".
+std::vector<std::string> only_tags_that_differ(
+    Options options, const std::map<std::string, std::string>& of_test,
+    const std::map<std::string, std::string>& of_reference) {
+  std::vector<std::string> names;
+  for (const auto& [name, tag] : of_test) {
+    if (of_reference.at(name) != tag) names.push_back(name);
+  }
+  if (names.empty()) return {};
+  options.integers = Integers::codes;
+  const auto [test_part, reference_part] = name_on_each_side(options.part);
+  const Image a = read_side(options, "test", test_part).image;
+  const Image b = read_side(options, "reference", reference_part).image;
+  return a.channels == b.channels && a.values == b.values ? names : std::vector<std::string>();
+}
+
 // What can be drawn of pictures of other sizes: their difference, black being where one ends.
 void draw_sizes(const Options& options, Picture test, Picture reference) {
   const int width = std::max(test.image.width, reference.image.width);
@@ -285,14 +302,20 @@ Result judge_files(const Options& options) {
              flip(*options.flip, test, reference, window, regions, options.pixels_per_degree),
              judgement);
   }
-  const ComparedFiles files{printable(options.test),
-                            printable(options.reference),
-                            notes(test) + notes(reference) + floor_note,
-                            test.samples_per_pixel(),
-                            test.left_out,
-                            reference.left_out};
+  ComparedFiles files{printable(options.test),
+                      printable(options.reference),
+                      notes(test) + notes(reference) + floor_note,
+                      test.samples_per_pixel(),
+                      test.left_out,
+                      reference.left_out};
   if (!options.map.empty()) {
     write_image(draw_map(options.map_kind, test, reference, window, comparison.flip), options.map);
+  }
+  if (comparison.verdict != Verdict::same) {
+    // Makes room: the files are read anew.
+    const auto of_test = std::exchange(test.image, {}).tags;
+    const auto of_reference = std::exchange(reference.image, {}).tags;
+    files.only_tags_differ = only_tags_that_differ(options, of_test, of_reference);
   }
   return {comparison.verdict, explain(comparison, files) + files.notes, to_text(comparison, files),
           to_json(comparison, files)};

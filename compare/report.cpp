@@ -3,6 +3,7 @@
 #include "compare/report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -264,8 +265,12 @@ Json to_json(Verdict verdict, const std::string& explanation, const ComparedFile
 }
 
 std::string explain(const Comparison& comparison, const ComparedFiles& files) {
-  std::string text = fmt::format("{}: {}\n", to_string(comparison.verdict),
-                                 reason(comparison, files.samples_per_pixel));
+  std::string text = to_string(comparison.verdict);
+  if (!files.only_tags_differ.empty()) {
+    text += fmt::format(": the stored numbers are equal, only tags differ ({})",
+                        fmt::join(files.only_tags_differ, ", "));
+  }
+  text += fmt::format(": {}\n", reason(comparison, files.samples_per_pixel));
   if (comparison.is_paired) {
     text += "Paired: both took the same samples, so that the noise is that of their differences.\n";
   }
@@ -314,6 +319,7 @@ Json to_json(const Comparison& comparison, const ComparedFiles& files) {
   std::istringstream notes(files.notes);
   for (std::string line; std::getline(notes, line);) json["notes"].push_back(line);
   json["leftOut"] = {{"test", files.left_out_of_test}, {"reference", files.left_out_of_reference}};
+  if (!files.only_tags_differ.empty()) json["onlyTagsDiffer"] = files.only_tags_differ;
   if (!comparison.regions.empty()) json["regions"] = to_json(comparison.regions);
   for (const Level& level : comparison.levels) {
     json["levels"].push_back({{"level", to_string(level.unit)},

@@ -16,6 +16,8 @@ struct ComparedFiles {
   std::string notes;             // lines that tell what was assumed about them
   double samples_per_pixel = 0;  // of the test; 0 if not known
   std::vector<std::string> left_out_of_test = {}, left_out_of_reference = {};  // channels
+  std::vector<std::string> only_tags_differ =
+      {};  // Image::tags, where the stored numbers are equal
 };
 
 // The whole report, in Markdown.

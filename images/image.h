@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,9 @@ struct Image {
   std::string part = {};      // its name in the file or, without one, its number from 0
   std::vector<std::string> other_parts = {};  // of the file, which were not read
   std::vector<std::string> notes = {};        // what was converted or assumed, a sentence each
+  // What its numbers were taken as, by what the file may say of them: "transfer function", "alpha"
+  // and "primaries".
+  std::map<std::string, std::string> tags = {};
   bool is_converted = false;  // from other primaries: colours that Rec. 709 lacks are negative
   int left = 0, top = 0;      // where the first pixel lies in the coordinates of the file's windows
   Window display = {};        // what the file shows; what lies around it is overscan

@@ -6,6 +6,7 @@
 #include <ImfChromaticities.h>
 #include <OpenImageIO/color.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -55,6 +56,7 @@ void undo_transfer(StoredImage& stored) {
   Image& image = stored.image;
   const std::string name = transfer == "gamma" ? fmt::format("gamma{}", stored.gamma) : transfer;
   image.encoding += (stored.transfer.empty() ? ", assumed to be " : ", ") + name;
+  image.tags["transfer function"] = name;
   if (transfer == "linear") return;
   image.encoding += ", made linear";
   const auto count = static_cast<int>(image.channels.size());
@@ -69,7 +71,9 @@ void undo_transfer(StoredImage& stored) {
 }
 
 void multiply_by_alpha(StoredImage& stored) {
-  if (stored.alpha < 0 || !stored.is_alpha_straight) return;
+  const bool is_straight = stored.alpha >= 0 && stored.is_alpha_straight;
+  stored.image.tags["alpha"] = is_straight ? "straight" : "multiplied";
+  if (!is_straight) return;
   const auto count = static_cast<int>(stored.image.channels.size());
   for_each_pixel(stored, [&](float* pixel, float alpha) {
     for (int c = 0; c < count; ++c) {
@@ -123,15 +127,16 @@ std::vector<std::array<size_t, 3>> colours_of(const std::vector<std::string>& ch
 
 // Multiplies the colours by the matrix, and their variances by its squares.
 void convert_primaries(StoredImage& stored) {
-  if (!stored.chromaticities) return;
-  const Chromaticities& from = *stored.chromaticities;
+  const Chromaticities from = stored.chromaticities.value_or(rec709);
+  Image& image = stored.image;
+  image.tags["primaries"] =
+      is_same(from, rec709) ? "Rec. 709" : fmt::format("{}", fmt::join(from, " "));
   if (is_same(from, rec709)) return;
   const M44f matrix = conversion(from, rec709);
   M44f squares;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) squares[i][j] = matrix[i][j] * matrix[i][j];
   }
-  Image& image = stored.image;
   image.is_converted = true;
   for (const std::array<size_t, 3>& places : colours_of(image.channels)) {
     const bool is_variance = image.channels[places[0]].starts_with("variance.");
@@ -151,6 +156,7 @@ void convert_primaries(StoredImage& stored) {
 }  // namespace
 
 void make_linear(StoredImage& stored) {
+  stored.image.tags["transfer function"] = "linear";
   if (stored.is_integer) {
     undo_transfer(stored);
   } else if (!stored.transfer.empty() && stored.transfer != "linear") {

@@ -330,6 +330,46 @@ TEST_F(CompareCommand, TransferFunctionsOfIntegersAreUndoneAndSaid) {
       << result.output;
 }
 
+// Has OpenImageIO write a red pixel and grey ones.
+void store(const fs::path& file, const OIIO::ImageSpec& spec, float grey = 0.2F) {
+  std::vector<float> values(spec.image_pixels() * size_t(spec.nchannels), grey);
+  values[0] = 0.8F;
+  const auto output = OIIO::ImageOutput::create(file.string());
+  ASSERT_TRUE(output->open(file.string(), spec));
+  ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, values.data()));
+}
+
+TEST_F(CompareCommand, EqualNumbersWithOtherTagsAreDifferentAndThatIsSaid) {
+  constexpr std::array<float, 8> ap0 = {0.7347F, 0.2653F, 0,        1,
+                                        0.0001F, -0.077F, 0.32168F, 0.33767F};
+  OIIO::ImageSpec exr(8, 8, 3, OIIO::TypeDesc::FLOAT), png(8, 8, 3, OIIO::TypeDesc::UINT8);
+  OIIO::ImageSpec tif(8, 8, 4, OIIO::TypeDesc::UINT8);
+  store(folder / "plain.exr", exr);
+  store(folder / "brighter.exr", exr, 0.3F);
+  exr.attribute("chromaticities", OIIO::TypeDesc("float[8]"), ap0.data());
+  store(folder / "ap0.exr", exr);
+  for (const std::string encoding : {"linear", "sRGB"}) {
+    png.attribute("oiio:ColorSpace", encoding);
+    store(folder / (encoding + ".png"), png);
+  }
+  store(folder / "multiplied.tif", tif);
+  tif.attribute("oiio:UnassociatedAlpha", 1);
+  store(folder / "straight.tif", tif);
+  using Pair = std::pair<std::string, std::string>;
+  for (const auto& [files, tag] : {Pair("ap0.exr plain.exr", "primaries"),
+                                   {"linear.png sRGB.png", "transfer function"},
+                                   {"straight.tif multiplied.tif", "alpha"}}) {
+    const Result result = compare(files + " --json result.json");
+    EXPECT_EQ(result.exit_code, different) << result.output;
+    EXPECT_TRUE(
+        contains(result.output, "the stored numbers are equal, only tags differ (" + tag + ")"))
+        << result.output;
+    const auto json = nlohmann::json::parse(text_of(folder / "result.json"));
+    EXPECT_EQ(json["onlyTagsDiffer"], nlohmann::json::array({tag}));
+  }
+  EXPECT_FALSE(contains(compare("ap0.exr brighter.exr").output, "only tags differ"));
+}
+
 TEST_F(CompareCommand, PfmIsReadWithItsFirstRowBelow) {
   std::string bytes = "PF\n32 24\n-1.0\n";
   for (int y = 23; y >= 0; --y) {
