@@ -215,7 +215,7 @@ class Judge {
         if (!regions_.hold(test_.image.pixel(x, y))) break;
         const double own = pair_at(x, y, c).reference;
         const Criterion judge = criterion(c, own, Unit::pixel);
-        const double noise = margin(x, y, c, neighbourhood, critical);
+        const double noise = margin(x, y, c, critical);
         if (scale(c, own) > 0.0) {
           visible.push_back((judge.tolerance + judge.floor + noise) / scale(c, own));
         }
@@ -312,17 +312,20 @@ class Judge {
     return pixel_pair(test_, reference_, test_.image.pixel(x, y), c);
   }
 
+  double claimed_variance(const PixelPair& pair, size_t c) const {
+    return cautious_variance(pair.test_variance, pair.reference_variance, noise_ratios_[c]);
+  }
+
   // By the largest noise that is claimed within some pixels from here.
-  double margin(int x, int y, size_t c, int radius, double critical) const {
+  double margin(int x, int y, size_t c, double critical) const {
     if (!knows_noise_[c]) return 0.0;
+    const int left = std::max(x - neighbourhood, 0), top = std::max(y - neighbourhood, 0);
+    const int width = std::min(x + neighbourhood + 1, test_.image.width) - left;
+    const int height = std::min(y + neighbourhood + 1, test_.image.height) - top;
     double largest = 0.0;
-    for (int v = std::max(y - radius, 0); v <= std::min(y + radius, test_.image.height - 1); ++v) {
-      for (int u = std::max(x - radius, 0); u <= std::min(x + radius, test_.image.width - 1); ++u) {
-        const PixelPair pair = pair_at(u, v, c);
-        largest = std::max(largest, cautious_variance(pair.test_variance, pair.reference_variance,
-                                                      noise_ratios_[c]));
-      }
-    }
+    for_each_pixel({left, top, width, height}, [&](int u, int v) {
+      largest = std::max(largest, claimed_variance(pair_at(u, v, c), c));
+    });
     return critical * std::sqrt(largest);
   }
 
@@ -336,11 +339,12 @@ class Judge {
       const PixelPair pair = pair_at(x, y, c);
       Estimate estimate{pair.test, pair.reference, pair.difference()};
       const Criterion judge = criterion(c, pair.reference, Unit::pixel);
-      for (const int radius : {0, neighbourhood}) {
-        estimate.margin = margin(x, y, c, radius, critical);
-        judge.judge(estimate);
-        if (estimate.verdict != Verdict::different || !knows_noise_[c]) break;
+      if (knows_noise_[c]) {
+        const double own = critical * std::sqrt(claimed_variance(pair, c));
+        if (std::abs(estimate.difference) - judge.floor - own <= judge.tolerance) continue;
       }
+      estimate.margin = margin(x, y, c, critical);
+      judge.judge(estimate);
       if (estimate.verdict != Verdict::different) continue;
       const bool is_beyond_limit =
           judgement_.hard_limit && std::abs(estimate.difference) - estimate.margin - judge.floor >
