@@ -322,11 +322,14 @@ class Judge {
     const int left = std::max(x - neighbourhood, 0), top = std::max(y - neighbourhood, 0);
     const int width = std::min(x + neighbourhood + 1, test_.image.width) - left;
     const int height = std::min(y + neighbourhood + 1, test_.image.height) - top;
-    double largest = 0.0;
+    PixelPair noisiest;
     for_each_pixel({left, top, width, height}, [&](int u, int v) {
-      largest = std::max(largest, claimed_variance(pair_at(u, v, c), c));
+      const size_t pixel = test_.image.pixel(u, v);
+      noisiest.test_variance = std::max(noisiest.test_variance, test_.variance(pixel, c));
+      noisiest.reference_variance =
+          std::max(noisiest.reference_variance, reference_.variance(pixel, c));
     });
-    return critical * std::sqrt(largest);
+    return critical * std::sqrt(claimed_variance(noisiest, c));
   }
 
   // The channel that differs most clearly, if one differs. A pixel's variance comes from few
