@@ -467,6 +467,29 @@ TEST_F(CompareCommand, EqualMeansAreNotSaidToDifferByLessThanNothing) {
   EXPECT_TRUE(contains(result.output, "different: the means are equal, but not 2 pixels"));
 }
 
+TEST_F(CompareCommand, SamplesThatAreTooFewAreNotSaidToBeEnough) {
+  Image noisy{32, 24, {"R", "G", "B", "variance.R", "variance.G", "variance.B"}, {}, {}};
+  noisy.provenance.samples = "0:64";
+  for (size_t i = 0; i < clean.values.size(); i += 3) {
+    noisy.values.insert(noisy.values.end(), &clean.values[i], &clean.values[i] + 3);
+    noisy.values.back() += i % 2 == 0 ? 0.01F : -0.01F;
+    noisy.values.insert(noisy.values.end(), 3, 1e-4F);
+  }
+  write_image(noisy, folder / "noisy.exr");
+  const std::string pair = "noisy.exr clean.exr --floor 0 --json result.json --tolerance ";
+  compare(pair + "1");
+  const auto json = nlohmann::json::parse(text_of(folder / "result.json"));
+  double largest = 0.0;
+  for (const auto& channel : json["channels"]) {
+    largest = std::max(largest, channel["margin"].get<double>());
+  }
+  const Result result = compare(pair + std::to_string(0.99 * largest));
+  EXPECT_EQ(result.exit_code, inconclusive) << result.output;
+  // 1 / 0.99^2 = 1.02 of 64 are 65.3.
+  EXPECT_TRUE(contains(result.output, "; 1.1 times the samples (66 spp) would tell"))
+      << result.output;
+}
+
 TEST_F(CompareCommand, AlmostNothingInAnEmptyChannelIsTheSame) {
   Image reference = clean;
   for (size_t i = 2; i < reference.values.size(); i += 3) reference.values[i] = 0.0F;
