@@ -176,14 +176,13 @@ class Judge {
       if (all != nullptr) {
         result_.samples_factor =
             std::max(result_.samples_factor, judge.samples_factor(finding.estimate));
+        finding.estimate.confidence = known_confidence(c, pools[i]);
+        all->push_back(finding);
       }
-      const bool is_different = finding.estimate.verdict == Verdict::different;
-      if (!is_different && all == nullptr) continue;
-      if (all != nullptr || is_among_clearest(finding, level.worst)) {
+      if (finding.estimate.verdict != Verdict::different) continue;
+      if (all == nullptr && is_among_clearest(finding, level.worst)) {
         finding.estimate.confidence = known_confidence(c, pools[i]);
       }
-      if (all != nullptr) all->push_back(finding);
-      if (!is_different) continue;
       level.different += std::exchange(last, i / channels) != i / channels;
       keep(finding, level.worst);
     }

@@ -162,7 +162,8 @@ void choose(Picture& picture, const Names& channels, size_t averaged) {
   }
   // The noise of all is known with that of each of them.
   auto noise = picture.variance_channels | std::views::take(averaged);
-  if (std::ranges::count(noise, std::nullopt) > 0) std::ranges::fill(noise, std::nullopt);
+  const auto is_known = [](const auto& place) { return place.has_value(); };
+  if (!std::ranges::all_of(noise, is_known)) std::ranges::fill(noise, std::nullopt);
   picture.left_out = without(pictured_channels(picture.image), channels);
 }
 
