@@ -73,15 +73,15 @@ def errors(files, reference, plot=None):
             found["sentences"])
 
 
-def mosaic(files, columns, file, brighter, cut=(), enlarged=()):
-    """Pictures side by side; below, if it is told, a part of each, enlarged."""
+def mosaic(files, columns, file, brighter, enlarged=(), reference=None, times=1):
+    """Pictures side by side; below, if there is a reference, their differences from it, so many times."""
     command = ["oiiotool"]
-    for more in ([enlarged, [*cut, *enlarged]] if cut else [enlarged]):
+    for difference in ([[], [reference, "--ch", "R,G,B", "--absdiff", "--mulc", times]] if reference else [[]]):
         for picture in files:
-            command += [picture, "--ch", "R,G,B", *more, "--mulc", str(brighter),
+            command += [picture, "--ch", "R,G,B", *difference, *enlarged, "--mulc", brighter,
                         "--colorconvert", "linear", "sRGB"]
-    rows = -(-len(files) // columns) * (2 if cut else 1)
-    subprocess.run([*command, "--mosaic:pad=4", f"{columns}x{rows}", "-d", "uint8", "-o", file],
+    rows = -(-len(files) // columns) * (2 if reference else 1)
+    subprocess.run([*map(str, command), "--mosaic:pad=4", f"{columns}x{rows}", "-d", "uint8", "-o", file],
                    check=True)
 
 
@@ -105,12 +105,11 @@ def percent(value):
 def noise():
     kinds = {"sobol": ["--sampler", "sobol"], "independent": ["--sampler", "independent"],
              "webgl-random": ["--fault", "webgl-random"], "webgl-demo": ["--fault", "webgl-demo"]}
-    scene, counts = SCENES / "seed" / "scene.xml", [16 << i for i in range(9)]
+    scene, counts = SCENES / "cornell" / "scene.xml", [16 << i for i in range(9)]
+    reference = scene.with_name("plumbline.exr")
     files = {kind: series(scene, counts, *options) for kind, options in kinds.items()}
-    mosaic([files[kind][-1] for kind in list(kinds)[1:]], 3, PICTURES / "noise.png", 1.5,
-           cut=["--cut", "84x84+86+40"], enlarged=["--resize:filter=box", "256x256"])
-    found, sentences = errors([file for kind in kinds for file in files[kind]],
-                              SCENES / "seed" / "plumbline.exr", PICTURES / "noise.svg")
+    mosaic([files[kind][-1] for kind in list(kinds)[1:]], 3, PICTURES / "noise.png", 2.8, reference=reference, times=20)
+    found, sentences = errors([file for kind in kinds for file in files[kind]], reference, PICTURES / "noise.svg")
     put("noise", "noise", ["samples per pixel", *kinds],
         [[count, *(f"{value:.2e}" for value in row)] for count, *row in zip(counts, *found)], sentences)
 
