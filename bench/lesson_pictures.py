@@ -166,49 +166,61 @@ def shadows():
     put("shadows", "penumbra", ["side of the lamp", "width of the penumbra, computed", "measured"], rows)
 
 
-# Half of the lamp's side and its radiance, with which the picture is about as bright.
-LAMPS = {"2 cm": (0.01, 20000), "40 cm": (0.2, 50), "2 m": (1, 3), "6 m": (3, 1.2), "20 m": (10, 1)}
-METHODS = ["bsdf", "nee", "mis"]
+METHODS = {"by chance (bsdf)": ["--method", "bsdf"], "sampled (nee)": ["--method", "nee"],
+           "both (mis)": ["--method", "mis"]}
+
+
+def by_method(name, bounces, methods, lamps, shown, brighter):
+    """A scene under lamps of several sizes: its table, and the pictures of some, by each method.
+
+    `lamps` has half of the lamp's side and its radiance, with which the picture is about as bright."""
+    rows, pictures = [], []
+    for title, (size, radiance) in lamps.items():
+        scene = changed(LESSONS / f"{name}.xml", f"{name}_{size}", size=size, radiance=radiance)
+        reference = render(scene, "--bounces", bounces, "--method", "mis", "--spp", 8192, "--seed", 0)
+        found = []
+        for method in methods.values():
+            options = ["--bounces", bounces, *method, "--sampler", "independent"]
+            (points,), _ = errors([render(scene, *options, "--spp", 64, "--seed", seed) for seed in range(1, 9)],
+                                  reference)
+            found.append((sum(points) / len(points)) ** 0.5)
+            if title in shown:
+                pictures.append(render(scene, *options, "--spp", 16))
+        best = min(found)
+        rows.append([title, *(f"**{percent(value)}**" if value == best else percent(value) for value in found)])
+    mosaic(pictures, len(methods), PICTURES / f"{name}.png", brighter)
+    put("lamp", name, ["side of the lamp", *methods], rows)
 
 
 def lamp():
-    rows, shown = [], []
-    for title, (size, radiance) in LAMPS.items():
-        scene = changed(LESSONS / "lamp.xml", f"lamp_{size}", size=size, radiance=radiance)
-        reference = render(scene, "--bounces", "0:1", "--spp", 8192, "--seed", 0)
-        found = []
-        for method in METHODS:
-            runs = [render(scene, "--bounces", "0:1", "--method", method, "--sampler", "independent",
-                           "--spp", 64, "--seed", seed) for seed in range(1, 9)]
-            (points,), _ = errors(runs, reference)
-            found.append((sum(points) / len(points)) ** 0.5)
-            if title in ("2 cm", "2 m", "20 m"):
-                shown.append(render(scene, "--bounces", "0:1", "--method", method, "--sampler", "independent",
-                                    "--spp", 16))
-        best = min(found)
-        rows.append([title, *(f"**{percent(value)}**" if value == best else percent(value) for value in found)])
-    mosaic(shown, 3, PICTURES / "lamp.png", 0.6)
-    put("lamp", "methods", ["side of the lamp", "by chance (bsdf)", "sampled (nee)", "both (mis)"], rows)
+    by_method("lamp", "0:1", METHODS,
+              {"2 cm": (0.01, 20000), "40 cm": (0.2, 50), "2 m": (1, 3), "6 m": (3, 1.2), "20 m": (10, 1)},
+              ["2 cm", "2 m", "20 m"], 0.6)
+    # The fault samples lamps, but does not look for them in mirrors.
+    by_method("mirrors", "0:2", METHODS | {"both, without mirrors": ["--fault", "webgl-random"]},
+              {"2 cm": (0.01, 20000), "20 cm": (0.1, 200), "60 cm": (0.3, 22)}, ["20 cm"], 0.8)
+
+
+def with_fault(name, scene, reference, fault):
+    """The table and the plot of a scene with a fault and without; and the pictures of both."""
+    counts = [4 << i for i in range(11)]
+    right, wrong = series(scene, counts), series(scene, counts, "--fault", fault)
+    found, sentences = errors([*right, *wrong], reference, PICTURES / f"bias_{name}.svg")
+    put("bias", name, ["samples per pixel", "right", fault],
+        [[count, *(percent(value ** 0.5) for value in row)] for count, *row in zip(counts, *found)], sentences)
+    return right, wrong
 
 
 def bias():
-    counts = [4 << i for i in range(11)]
     cornell = SCENES / "cornell"
-    for name, scene, reference, fault in (
-            ("bounces", cornell / "scene.xml", cornell / "plumbline.exr", "five-bounces"),
-            ("clamp", LESSONS / "caustic.xml", None, "clamp-indirect")):
-        if reference is None:
-            reference = render(scene, "--spp", 65536, "--seed", 0)
-            # What the page needs of it.
-            subprocess.run(["oiiotool", reference, "--ch", "R,G,B", "-d", "half", "--compression", "zip",
-                            "--eraseattrib", ".*", "-o", scene.with_suffix(".exr")], check=True)
-        right, wrong = series(scene, counts), series(scene, counts, "--fault", fault)
-        found, sentences = errors([*right, *wrong], reference, PICTURES / f"bias_{name}.svg")
-        put("bias", name, ["samples per pixel", "right", fault],
-            [[count, *(percent(value ** 0.5) for value in row)] for count, *row in zip(counts, *found)], sentences)
-        if name == "clamp":
-            mosaic([right[4], wrong[4], reference], 3, PICTURES / "bias_clamp.png", 1,
-                   enlarged=["--resize:filter=box", "256x256"])
+    with_fault("bounces", cornell / "scene.xml", cornell / "plumbline.exr", "five-bounces")
+    caustic = LESSONS / "caustic.xml"
+    reference = render(caustic, "--spp", 65536, "--seed", 0)
+    # What the page needs of it.
+    subprocess.run(["oiiotool", reference, "--ch", "R,G,B", "-d", "half", "--compression", "zip",
+                    "--eraseattrib", ".*", "-o", caustic.with_suffix(".exr")], check=True)
+    right, wrong = with_fault("clamp", caustic, reference, "clamp-indirect")
+    mosaic([right[4], wrong[4], reference], 3, PICTURES / "bias_clamp.png", 1, enlarged=["--resize:filter=box", "256x256"])
 
 
 if __name__ == "__main__":
