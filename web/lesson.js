@@ -182,7 +182,8 @@ class Figure {
     if (picture.samples < 4) return null;
     if (this.live.curve === 'error') return trueError(picture, this.reference);
     // Noise is told in parts of what the least noisy picture shows: a noisy one knows little of that.
-    return noiseAgainst(picture, this.pictures[this.names.indexOf(this.live.against ?? this.names[0])].mean);
+    const {samples, mean} = this.pictures[this.names.indexOf(this.live.against ?? this.names[0])];
+    return samples < 16 ? null : noiseAgainst(picture, mean);
   }
 
   record() {
