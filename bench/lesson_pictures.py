@@ -4,7 +4,7 @@
 
     python3 bench/lesson_pictures.py PLUMB [LESSON ...]    (which is 'make lesson-pictures')
 
-Ten minutes on two cores; noise alone takes four. What is rendered stays in out/lesson_pictures.
+Some ten minutes on two cores. What is rendered stays in out/lesson_pictures.
 """
 
 import json
