@@ -220,7 +220,8 @@ def bias():
     subprocess.run(["oiiotool", reference, "--ch", "R,G,B", "-d", "half", "--compression", "zip",
                     "--eraseattrib", ".*", "-o", caustic.with_suffix(".exr")], check=True)
     right, wrong = with_fault("clamp", caustic, reference, "clamp-indirect")
-    mosaic([right[4], wrong[4], reference], 3, PICTURES / "bias_clamp.png", 1, enlarged=["--resize:filter=box", "256x256"])
+    mosaic([right[4], wrong[4], reference], 3, PICTURES / "bias_clamp.png", 1,
+           enlarged=["--resize:filter=box", "256x256"])
 
 
 if __name__ == "__main__":
