@@ -19,7 +19,9 @@ struct Trial {
 Trial try_out(const Scene& scene, Method method) {
   constexpr int64_t samples = 4;
   Film film(scene.camera.width, scene.camera.height);
-  const Settings settings{.method = method, .sampler = Sampler::independent, .bounces = {}};
+  // Where everything reflects everything, paths never end by themselves.
+  const Settings settings{
+      .method = method, .sampler = Sampler::independent, .bounces = {.first = 0, .last = 2000}};
   Trial trial;
   trial.rays = static_cast<double>(render(scene, settings, {.samples = {0, samples}}, film).rays);
   const std::vector<float> mean = film.mean(), variance = film.variance();
