@@ -279,7 +279,8 @@ TEST_F(CliTest, LampsThatEveryPathMeetsAreLeftToChanceAndThatIsSaid) {
     EXPECT_EQ(result.exit_code, 0);
     return std::pair(read_image(folder / "open.exr").provenance.method, result.err);
   };
-  const std::string note = "plumb: lamps are left to chance (bsdf), by which every path meets them\n";
+  const std::string note =
+      "plumb: lamps are left to chance (bsdf), by which every path meets them\n";
   EXPECT_EQ(method_of(""), std::pair(std::optional<std::string>("bsdf"), note));
   for (const std::string other : {"--method mis", "--bounces 0:9", "--fault inverse-pi"}) {
     EXPECT_EQ(method_of(other), std::pair(std::optional<std::string>("mis"), std::string()));
