@@ -8,8 +8,8 @@
 #include "images/image.h"
 #include "renderer/film.h"
 #include "renderer/render.h"
-#include "renderer/scene.h"
 #include "renderer/settings.h"
+#include "scene/scene.h"
 #include "scene_files/region_mask.h"
 
 #include <string>

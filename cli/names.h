@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "faults/faults.h"
-#include "renderer/scene.h"
 #include "renderer/settings.h"
+#include "scene/scene.h"
 #include "scene_files/region_mask.h"
 
 namespace plumb {

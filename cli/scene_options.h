@@ -9,7 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "renderer/scene.h"
+#include "renderer/settings.h"
+#include "scene/scene.h"
 
 namespace plumb::cli {
 

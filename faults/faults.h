@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "renderer/scene.h"
 #include "renderer/settings.h"
+#include "scene/scene.h"
 
 namespace plumb {
 

@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/scene.h"
 #include "renderer/settings.h"
+#include "scene/scene.h"
 
 namespace plumb {
 

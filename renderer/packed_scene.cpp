@@ -10,7 +10,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "renderer/surfaces.h"
+#include "scene/surfaces.h"
 
 namespace plumb {
 namespace {

@@ -17,7 +17,7 @@
 
 #include <vector>
 
-#include "renderer/scene.h"
+#include "scene/scene.h"
 
 namespace plumb {
 

@@ -10,8 +10,8 @@
 #include <string>
 
 #include "renderer/film.h"
-#include "renderer/scene.h"
 #include "renderer/settings.h"
+#include "scene/scene.h"
 
 namespace plumb {
 

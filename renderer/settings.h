@@ -4,7 +4,8 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
+
+#include "scene/scene.h"
 
 namespace plumb {
 
@@ -29,16 +30,6 @@ struct SampleRange {
   int64_t last = 0;
 
   int64_t count() const { return last - first; }
-};
-
-// Numbers of bounces first <= b <= last that reach the picture: 0 is emission seen directly, 1 is
-// direct light.
-struct BounceRange {
-  int first = 0;
-  int last = std::numeric_limits<int>::max();
-
-  bool contains(int bounces) const { return bounces >= first && bounces <= last; }
-  bool is_everything() const { return first == 0 && last == BounceRange{}.last; }
 };
 
 // A tracer with a bug that is planted on purpose, in the place of trace(), and which one: see

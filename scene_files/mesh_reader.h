@@ -5,7 +5,7 @@
 
 #include <Imath/ImathMatrix.h>
 
-#include "renderer/scene.h"
+#include "scene/scene.h"
 
 namespace plumb {
 

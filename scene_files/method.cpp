@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "renderer/render.h"
-#include "renderer/surfaces.h"
+#include "scene/surfaces.h"
 
 namespace plumb {
 namespace {

@@ -3,8 +3,8 @@
 // Whether lamps are better left to chance.
 #pragma once
 
-#include "renderer/scene.h"
 #include "renderer/settings.h"
+#include "scene/scene.h"
 
 namespace plumb {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "renderer/packed_scene.h"
-#include "renderer/surfaces.h"
+#include "scene/surfaces.h"
 
 namespace plumb {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "renderer/scene.h"
+#include "scene/scene.h"
 
 namespace plumb {
 

@@ -12,7 +12,7 @@
 #include <set>
 #include <string>
 
-#include "renderer/surfaces.h"
+#include "scene/surfaces.h"
 
 namespace plumb {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/scene.h"
+#include "scene/scene.h"
 
 namespace plumb {
 

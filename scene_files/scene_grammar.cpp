@@ -15,7 +15,7 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/scene.h"
+#include "scene/scene.h"
 
 namespace plumb {
 namespace {

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "renderer/scene.h"
+#include "scene/scene.h"
 #include "scene_files/file_source.h"
 
 namespace plumb {

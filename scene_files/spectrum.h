@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/scene.h"
+#include "scene/scene.h"
 
 namespace plumb {
 

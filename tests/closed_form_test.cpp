@@ -11,7 +11,7 @@
 #include <tuple>
 #include <vector>
 
-#include "renderer/surfaces.h"
+#include "scene/surfaces.h"
 #include "tests/test_scenes.h"
 
 namespace plumb::test {

@@ -11,7 +11,7 @@
 
 #include "renderer/film.h"
 #include "renderer/render.h"
-#include "renderer/scene.h"
+#include "scene/scene.h"
 
 namespace plumb::test {
 

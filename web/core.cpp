@@ -20,8 +20,8 @@
 #include "renderer/film.h"
 #include "renderer/packed_scene.h"
 #include "renderer/render.h"
-#include "renderer/surfaces.h"
 #include "renderer/trace.h"
+#include "scene/surfaces.h"
 #include "scene_files/precision.h"
 #include "scene_files/scene_reader.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include "renderer/scene.h"
+#include "scene/scene.h"
 
 #include <algorithm>
 #include <cmath>

@@ -10,11 +10,10 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <variant>
 #include <vector>
-
-#include "renderer/settings.h"
 
 namespace plumb {
 
@@ -108,6 +107,16 @@ struct Camera {
   // Towards the point of the picture that is x pixels from its left and y from its upper border;
   // not of unit length.
   Vec3 direction(double x, double y) const;
+};
+
+// Numbers of bounces first <= b <= last that reach the picture: 0 is emission seen directly, 1 is
+// direct light.
+struct BounceRange {
+  int first = 0;
+  int last = std::numeric_limits<int>::max();
+
+  bool contains(int bounces) const { return bounces >= first && bounces <= last; }
+  bool is_everything() const { return first == 0 && last == BounceRange{}.last; }
 };
 
 // What a scene file asks of its renders.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include "renderer/surfaces.h"
+#include "scene/surfaces.h"
 
 #include <cmath>
 #include <limits>

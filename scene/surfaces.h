@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "renderer/scene.h"
+#include "scene/scene.h"
 
 namespace plumb {
 
