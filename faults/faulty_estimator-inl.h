@@ -108,11 +108,12 @@ struct FaultyEstimator : Estimator<Lanes> {
   BsdfSample<D> sample_bsdf(const BsdfLanes<D>& bsdf, V3<D> incident, R u, R v) const {
     if (fault == Fault::uniform_directions) {
       const R sine = sqrt(R(1) - u * u);
-      return bsdf.mirror_or(incident, spherical_direction(frame_around(bsdf.normal), u, sine, v));
+      return bsdf.specular_or(incident, u,
+                              spherical_direction(frame_around(bsdf.normal), u, sine, v));
     }
     if (fault == Fault::tangent_frame) {
       const Frame<D> frame = short_frame_around(bsdf.normal);
-      return bsdf.mirror_or(incident, normalize(sample_cosine_hemisphere(frame, u, v)));
+      return bsdf.specular_or(incident, u, normalize(sample_cosine_hemisphere(frame, u, v)));
     }
     return Base::sample_bsdf(bsdf, incident, u, v);
   }

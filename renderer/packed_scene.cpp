@@ -388,7 +388,10 @@ std::vector<PackedMirror<T>> list_mirrors(const PlacedSurface& of_lamp, double g
       continue;
     PackedMirror<T> mirror{};
     mirror.two_sided = bsdf.two_sided;
+    mirror.is_metal = bsdf.is_metal();
     mirror.reflectance = pack<T>(bsdf.reflectance);
+    mirror.eta = pack<T>(bsdf.eta);
+    mirror.k = pack<T>(bsdf.k);
     if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
       mirror.is_sphere = true;
       mirror.sphere = pack_sphere<T>(*sphere, static_cast<T>(i));
@@ -424,8 +427,15 @@ void set_row(SurfaceTable<T>& table, int id, int plane, const PlacedSurface& sur
     for (int i = 0; i < 3; ++i) set(column + i, v[i]);
   };
   const Bsdf& bsdf = surface.shape->bsdf;
-  set_vector(Table::reflectance, bsdf.reflectance);
+  const bool is_glass = bsdf.kind == Bsdf::Kind::dielectric;
+  set_vector(Table::reflectance, is_glass ? Rgb(1.0) : bsdf.reflectance);
+  set_vector(Table::gloss, bsdf.reflectance);
+  set_vector(Table::transmittance, bsdf.transmittance);
+  set_vector(Table::eta, bsdf.eta);
+  set_vector(Table::k, bsdf.k);
   set(Table::mirror, bsdf.kind == Bsdf::Kind::conductor);
+  set(Table::metal, bsdf.is_metal());
+  set(Table::ior, is_glass ? bsdf.ior : 0.0);
   set(Table::two_sided, bsdf.two_sided);
   set(Table::plane, plane);
   if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
@@ -542,6 +552,8 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     set_row(surfaces, i, first, surface, growth);
     has_coplanar |= first != i;
     has_mirrors |= surface.shape->bsdf.kind == Bsdf::Kind::conductor;
+    has_metals |= surface.shape->bsdf.is_metal();
+    has_glass |= surface.shape->bsdf.kind == Bsdf::Kind::dielectric;
     has_two_sided |= surface.shape->bsdf.two_sided;
   }
   has_mirrored_lamps = mirrored_lamps > 0 && mirrored_lamps <= max_mirrored_lamps;

@@ -93,14 +93,15 @@ struct PackedShapes {
   PackedTree<T> tree;
 };
 
-// A perfect mirror: a flat face, or a sphere seen from outside.
+// A mirror: a flat face, or a sphere seen from outside.
 template <typename T>
 struct PackedMirror {
   bool is_sphere;
   bool two_sided;
+  bool is_metal;
   PackedPolygon<T> face;
   PackedSphere<T> sphere;
-  PackedVec3<T> reflectance;
+  PackedVec3<T> reflectance, eta, k;
 
   T id() const { return is_sphere ? sphere.id : face.id; }
   T plane() const { return is_sphere ? sphere.id : face.plane.id; }
@@ -140,17 +141,23 @@ struct PackedLamp {
 // scale is just below 1, or the radius.
 template <typename T>
 struct SurfaceTable {
-  enum Column {  // three values each: normal, point, reflectance
+  enum Column {  // three values each: normal to k
     normal = 0,
     point = 3,
-    reflectance = 6,
-    scale = 9,
+    reflectance = 6,  // of a dielectric 1, and these two say what multiplies the light of both ways
+    gloss = 9,
+    transmittance = 12,
+    eta = 15,
+    k = 18,
+    scale = 21,
     plane,  // Plane::id; of a sphere its own id
     sphere,
     mirror,
+    metal,  // a mirror with an index
+    ior,    // of a dielectric, else 0
     two_sided
   };
-  static constexpr int columns = 14;
+  static constexpr int columns = 28;
 
   int count = 0;   // of surfaces
   int stride = 0;  // a multiple of 64 above that
@@ -193,6 +200,8 @@ struct PackedScene {
   std::vector<PackedLamp<T>> lamps;
   SurfaceTable<T> surfaces;
   bool has_mirrors = false;
+  bool has_metals = false;
+  bool has_glass = false;
   bool has_mirrored_lamps = false;
   bool has_two_sided = false;
   bool has_coplanar = false;

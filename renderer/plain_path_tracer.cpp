@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -44,6 +45,16 @@ Vec3 direction_around(const Vec3& axis, double cosine, double part) {
   return (x * std::cos(angle) + axis.cross(x) * std::sin(angle)) * sine + axis * cosine;
 }
 
+// What Fresnel's equations say is reflected of unpolarised light that meets, at that cosine, a
+// smooth border, beyond which the refractive index is `n` times that on this side (Born and Wolf,
+// Principles of Optics, sections 1.5 and 14.2: the squares of both amplitudes' ratios).
+double fresnel(double cosine, const std::complex<double>& n) {
+  const auto beyond = std::sqrt(n * n - (1.0 - cosine * cosine));  // n times the cosine there
+  const auto across = (cosine - beyond) / (cosine + beyond);
+  const auto in_plane = (n * n * cosine - beyond) / (n * n * cosine + beyond);
+  return (std::norm(across) + std::norm(in_plane)) / 2.0;
+}
+
 class Path {
  public:
   Path(const PlainScene& scene, const BounceRange& bounces, std::seed_seq& seed, int64_t& rays)
@@ -66,9 +77,8 @@ class Path {
         radiance_ += throughput_ * surface->shape->radiance * weight;
       }
       if (!(is_front || bsdf.two_sided) || bounces >= bounces_.last) break;
-      const bool is_diffuse = bsdf.kind == Bsdf::Kind::diffuse;
-      if (is_diffuse && bounces_.contains(bounces + 1)) add_lamp(point, normal, bsdf);
-      ray_ = {point, sample_direction(normal, bsdf)};
+      if (!bsdf.is_specular() && bounces_.contains(bounces + 1)) add_lamp(point, normal, bsdf);
+      ray_ = {point, sample_direction(normal, bsdf, is_front ? bsdf.ior : 1.0 / bsdf.ior)};
       const double survival =
           std::min(1.0, 3.0 * std::ranges::max({throughput_.x, throughput_.y, throughput_.z}));
       if (random() >= survival) break;
@@ -135,18 +145,34 @@ class Path {
     radiance_ += throughput_ * f * cosine / pdf * lamp.shape->radiance * weight;
   }
 
-  // Samples the BSDF, and multiplies the throughput by f * cosine / pdf.
-  Vec3 sample_direction(const Vec3& normal, const Bsdf& bsdf) {
-    if (bsdf.kind == Bsdf::Kind::conductor) {
-      pdf_ = delta;
-      throughput_ *= bsdf.reflectance;  // f and pdf have the same delta
-      return (ray_.direction - normal * (2.0 * normal.dot(ray_.direction))).normalized();
-    }
+  // Samples the BSDF, and multiplies the throughput by f * cosine / pdf. Beyond the surface the
+  // refractive index is `n` times that on this side.
+  Vec3 sample_direction(const Vec3& normal, const Bsdf& bsdf, double n) {
+    if (bsdf.is_specular()) return sample_specular(normal, bsdf, n);
     const double cosine = std::sqrt(1.0 - random());
     pdf_ = cosine / pi;  // what the square root makes it
     const Vec3 f = bsdf.reflectance / pi;
     throughput_ *= f * cosine / pdf_;
     return direction_around(normal, cosine, random());
+  }
+
+  // f and pdf have the same delta. Of glass, what Fresnel's equations say is reflected is the
+  // chance of reflection; Snell's law says where the rest goes.
+  Vec3 sample_specular(const Vec3& normal, const Bsdf& bsdf, double n) {
+    pdf_ = delta;
+    const double cosine = -normal.dot(ray_.direction);
+    const Vec3 along = ray_.direction + normal * cosine;
+    const bool is_glass = bsdf.kind == Bsdf::Kind::dielectric;
+    if (is_glass && random() >= fresnel(cosine, n)) {
+      throughput_ *= bsdf.transmittance / (n * n);
+      const Vec3 sine = along / n;
+      return (sine - normal * std::sqrt(std::max(0.0, 1.0 - sine.length2()))).normalized();
+    }
+    throughput_ *= bsdf.reflectance;
+    for (int c = 0; c < 3 && bsdf.is_metal(); ++c) {
+      throughput_[c] *= fresnel(cosine, {bsdf.eta[c], bsdf.k[c]});
+    }
+    return (along + normal * cosine).normalized();
   }
 
   const PlainScene& scene_;

@@ -47,13 +47,30 @@ struct Sphere {
 
 using Mesh = std::vector<Polygon>;
 
-// How a surface scatters light. `diffuse` is Lambertian, f = reflectance / pi; `conductor` is a
-// perfect mirror. A surface that is not two-sided is black on its back.
+// How a surface scatters light:
+//
+//   diffuse     Lambertian, f = reflectance / pi
+//   conductor   a metal: a mirror that shows `reflectance` times what Fresnel's equations give for
+//               the complex refractive index eta + i k, in that of the air around it; without an
+//               index a perfect mirror
+//   dielectric  glass: the smooth border of what has the refractive index `ior`, behind the normal,
+//               in that of what is before it. Fresnel's equations say how much is reflected; that
+//               is multiplied by `reflectance`, and the rest, which goes through, by
+//               `transmittance`. The radiance of what goes through is that of the other side times
+//               the square of the ratio of the indices.
+//
+// A surface that is not two-sided is black on its back. A dielectric is two-sided.
 struct Bsdf {
-  enum class Kind { diffuse, conductor };
+  enum class Kind { diffuse, conductor, dielectric };
   Kind kind = Kind::diffuse;
   Rgb reflectance{0.5};
   bool two_sided = false;
+  Rgb eta{0.0}, k{0.0};  // both zero: without an index
+  double ior = 1.0;
+  Rgb transmittance{1.0};
+
+  bool is_metal() const { return eta != Rgb(0.0) || k != Rgb(0.0); }
+  bool is_specular() const { return kind != Kind::diffuse; }  // scatters in single directions
 };
 
 struct Shape {

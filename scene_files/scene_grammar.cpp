@@ -76,7 +76,11 @@ const std::map<std::string, std::string> grammar = {
     {"shape obj", mesh},
     {"shape ply", mesh},
     {"bsdf diffuse", "color reflectance, boolean two_sided"},
-    {"bsdf conductor", "string material=none, color specular_reflectance, boolean two_sided"},
+    {"bsdf conductor",
+     "string material, color eta, color k, color specular_reflectance, boolean two_sided"},
+    {"bsdf dielectric",
+     "float int_ior|string int_ior, float ext_ior|string ext_ior, color specular_reflectance, "
+     "color specular_transmittance"},
     {"bsdf twosided", "bsdf!"},
     {"bsdf two_sided", "bsdf!"},
     {"emitter area", "color radiance, float sampling_weight~"},
@@ -101,7 +105,6 @@ const std::vector<std::pair<std::string, std::string>> advice = {
     {"sensor ", R"(write type="perspective": cameras are pinholes)"},
     {"texture", R"(write <rgb name="reflectance" value="..."/>)"},
     {"boolean hide_emitters", "delete it: lamps are seen"},
-    {"string material", R"(a perfect mirror is <string name="material" value="none"/>)"},
     {"@version", R"(write <scene version="3.0.0">)"},
     {"sensor is missing", R"(a scene needs a <sensor type="perspective">)"},
     {"string tonemap", "delete it: pictures are linear"}};

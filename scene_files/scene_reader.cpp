@@ -14,8 +14,11 @@
 #include <numbers>
 #include <optional>
 #include <sstream>
+#include <tuple>
 
+#include "scene_files/air_gap.h"
 #include "scene_files/mesh_reader.h"
+#include "scene_files/refractive_index.h"
 #include "scene_files/scene_file.h"
 #include "scene_files/scene_grammar.h"
 #include "scene_files/spectrum.h"
@@ -94,6 +97,7 @@ class Reader {
     for (const xml_node& node : root.children("shape")) {
       if (!file_.is_refused(node)) scene_.shapes.push_back(read_shape(node));
     }
+    for (const std::string& note : leave_air_around_glass(scene_)) file_.note(note);
     // They have done their work, but those that nothing refers to may hold mistakes.
     for (const xml_node& node : root.children("bsdf")) {
       if (!file_.is_refused(node)) read_bsdf(node);
@@ -306,22 +310,60 @@ class Reader {
 
   // -- Shapes
 
+  Bsdf read_conductor(const xml_node& node, bool two_sided) {
+    constexpr double highest = 1e3;
+    const xml_node material = parameter(node, "material");
+    const std::string name = material.attribute("value").as_string("none");
+    Bsdf bsdf{.kind = Bsdf::Kind::conductor,
+              .reflectance = read_color(node, "specular_reflectance", 1.0, 1.0),
+              .two_sided = two_sided};
+    if (name == "none") {
+      if (!parameter(node, "eta") && !parameter(node, "k")) return bsdf;
+      bsdf.eta = read_color(node, "eta", 0.0, highest);
+      bsdf.k = read_color(node, "k", 1.0, highest);
+      if (bsdf.eta == Rgb(0.0) && bsdf.k == Rgb(0.0)) file_.refuse(node, "eta and k are both 0");
+    } else if (parameter(node, "eta") || parameter(node, "k")) {
+      file_.refuse(material, "give either material or eta and k");
+    } else if (const auto index = complex_refractive_index(name)) {
+      std::tie(bsdf.eta, bsdf.k) = *index;
+    } else {
+      file_.refuse(material, "supported: " + names_of_metals());
+    }
+    return bsdf;
+  }
+
+  // A number or a name.
+  double read_index(const xml_node& parent, const char* name, const char* missing) {
+    const xml_node node = parameter(parent, name);
+    if (node && node.name() != std::string_view("string")) return read_positive(parent, name, 1.0);
+    const auto index = refractive_index(node.attribute("value").as_string(missing));
+    if (!index) file_.refuse(node, "must be a number or one of " + names_of_transparent());
+    return index.value_or(1.0);
+  }
+
+  Bsdf read_dielectric(const xml_node& node) {
+    return {.kind = Bsdf::Kind::dielectric,
+            .reflectance = read_color(node, "specular_reflectance", 1.0, 1.0),
+            .two_sided = true,
+            .ior = read_index(node, "int_ior", "bk7") / read_index(node, "ext_ior", "air"),
+            .transmittance = read_color(node, "specular_transmittance", 1.0, 1.0)};
+  }
+
   Bsdf read_bsdf(const xml_node& node) {
-    using Kind = Bsdf::Kind;
     const std::string type = type_of(node);
     const bool two_sided = read_flag(node, "two_sided");
     if (type == "diffuse") {
-      return {Kind::diffuse, read_color(node, "reflectance", 0.5, 1.0), two_sided};
+      return {.reflectance = read_color(node, "reflectance", 0.5, 1.0), .two_sided = two_sided};
     }
-    if (type == "conductor") {
-      return {Kind::conductor, read_color(node, "specular_reflectance", 1.0, 1.0), two_sided};
-    }
+    if (type == "conductor") return read_conductor(node, two_sided);
+    if (type == "dielectric") return read_dielectric(node);
     const xml_node nested = node.child("bsdf");
     if (type_of(nested) == type) {
       file_.refuse(node, "must not hold its like");
       return {};
     }
     Bsdf bsdf = read_bsdf(nested);
+    if (bsdf.kind == Bsdf::Kind::dielectric) file_.refuse(node, "glass has two sides already");
     bsdf.two_sided = true;
     return bsdf;
   }
@@ -429,6 +471,8 @@ class Reader {
   void flip(const xml_node& node, Shape& shape) {
     if (auto* mesh = std::get_if<Mesh>(&shape.geometry)) {
       for (Polygon& face : *mesh) std::reverse(face.corners.begin(), face.corners.end());
+    } else if (shape.bsdf.kind == Bsdf::Kind::dielectric && !shape.is_lamp()) {
+      shape.bsdf.ior = 1.0 / shape.bsdf.ior;
     } else if (shape.is_lamp() || !shape.bsdf.two_sided) {
       file_.refuse(parameter(node, "flip_normals"),
                    "a sphere that faces inwards is not supported; if it is no lamp, make its bsdf "

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "scene/surfaces.h"
+#include "tests/combinations.h"
 #include "tests/test_scenes.h"
 
 namespace plumb::test {
@@ -233,8 +234,6 @@ std::vector<Case> cases() {
   return all;
 }
 
-using Combination = std::tuple<Method, Sampler, Precision>;
-
 class ClosedForm : public testing::TestWithParam<std::tuple<Combination, int>> {};
 
 TEST_P(ClosedForm, IsMetWithinFourStandardErrors) {
@@ -256,25 +255,10 @@ TEST_P(ClosedForm, IsMetWithinFourStandardErrors) {
       << m.standard_error / c.radiance * 100.0 << " %";
 }
 
-std::string name_of(const Combination& combination) {
-  const auto& [method, sampler, precision] = combination;
-  const char* methods[] = {"bsdf", "nee", "mis", "plain"};
-  return std::string(methods[int(method)]) +
-         (sampler == Sampler::sobol ? "_sobol" : "_independent") +
-         (precision == Precision::float32 ? "_float_" : "_double_");
-}
-
 std::string case_name_of(const testing::TestParamInfo<ClosedForm::ParamType>& info) {
   const auto& [combination, number] = info.param;
   return name_of(combination) + cases()[size_t(number)].name;
 }
-
-const auto all_combinations =
-    testing::Combine(testing::Values(Method::bsdf, Method::nee, Method::mis),
-                     testing::Values(Sampler::independent, Sampler::sobol),
-                     testing::Values(Precision::float32, Precision::float64));
-const auto plain_combination =
-    testing::Values(Combination(Method::plain, Sampler::independent, Precision::float64));
 
 INSTANTIATE_TEST_SUITE_P(All, ClosedForm,
                          testing::Combine(all_combinations,

@@ -16,10 +16,20 @@
 namespace plumb::test {
 
 inline Bsdf diffuse(double albedo, bool two_sided = false) {
-  return {Bsdf::Kind::diffuse, Rgb(albedo), two_sided};
+  return {.reflectance = Rgb(albedo), .two_sided = two_sided};
 }
 
-inline Bsdf mirror(double reflectance) { return {Bsdf::Kind::conductor, Rgb(reflectance), false}; }
+inline Bsdf mirror(double reflectance) {
+  return {.kind = Bsdf::Kind::conductor, .reflectance = Rgb(reflectance)};
+}
+
+inline Bsdf metal(const Rgb& eta, const Rgb& k) {
+  return {.kind = Bsdf::Kind::conductor, .reflectance = Rgb(1.0), .eta = eta, .k = k};
+}
+
+inline Bsdf glass(double ior) {
+  return {.kind = Bsdf::Kind::dielectric, .reflectance = Rgb(1.0), .two_sided = true, .ior = ior};
+}
 
 // A parallelogram with the corners c, c + x, c + x + y, c + y; it faces along x cross y.
 inline Shape parallelogram(const Vec3& c, const Vec3& x, const Vec3& y, const Bsdf& bsdf,

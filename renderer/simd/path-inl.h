@@ -354,6 +354,7 @@ class Packet {
         estimator_.sample_bsdf(surface_.bsdf, ray_.direction, sample.u, sample.v);
     ray_.direction = scattered.direction;
     pdf_ = scattered.pdf;
+    if (scene_.has_glass) throughput_ = throughput_ * scattered.factor;
   }
 
   // Of paths that stand on a mirror, before they leave it.
@@ -413,15 +414,38 @@ class Packet {
     const Bool<D> front = dot(normal, ray_.direction) < R(0);
     const Bool<D> two_sided = lookup_flag(scene_.has_two_sided, Table::two_sided, hit.id);
     return {.point = fma(along, lookup(Table::scale, hit.id), middle),
-            .bsdf = {.normal = select(front, normal, -normal),
-                     .reflectance = lookup_vector(Table::reflectance, hit.id),
-                     .is_mirror = lookup_flag(scene_.has_mirrors, Table::mirror, hit.id),
-                     .has_mirrors = scene_.has_mirrors},
+            .bsdf = bsdf(hit.id, select(front, normal, -normal), front),
             .id = hit.id,
             .plane = scene_.has_coplanar ? lookup(Table::plane, hit.id) : hit.id,
             .distance = hit.distance,
             .scatters = (hit.id >= R(0)) & (front | two_sided),
             .front = front};
+  }
+
+  HWY_INLINE BsdfLanes<D> bsdf(R id, V3<D> normal, Bool<D> front) const {
+    BsdfLanes<D> bsdf{.normal = normal,
+                      .reflectance = lookup_vector(Table::reflectance, id),
+                      .is_mirror = lookup_flag(scene_.has_mirrors, Table::mirror, id),
+                      .is_glass = Bool<D>::none(),
+                      .has_mirrors = scene_.has_mirrors,
+                      .has_glass = scene_.has_glass,
+                      .n = R(0),
+                      .gloss = normal,
+                      .transmittance = normal};
+    if (scene_.has_metals) {
+      const R cosine = max(-dot(normal, ray_.direction), R(0));
+      const V3<D> shown = bsdf.reflectance * fresnel_of_metal(cosine, lookup_vector(Table::eta, id),
+                                                              lookup_vector(Table::k, id));
+      bsdf.reflectance = select(lookup_flag(true, Table::metal, id), shown, bsdf.reflectance);
+    }
+    if (scene_.has_glass) {
+      const R ior = lookup(Table::ior, id);
+      bsdf.is_glass = ior > R(0);
+      bsdf.n = select(front, ior, R(1) / ior);
+      bsdf.gloss = lookup_vector(Table::gloss, id);
+      bsdf.transmittance = lookup_vector(Table::transmittance, id);
+    }
+    return bsdf;
   }
 
   // The lanes for which light after so many bounces belongs to the picture.
@@ -477,7 +501,7 @@ class Packet {
   // Next event estimation: a lamp for each path, chosen by what it may send to the point, and a
   // point on it.
   void sample_lamps(const Sample<D>& sample) {
-    Bool<D> left = alive_ & !surface_.bsdf.is_mirror;
+    Bool<D> left = alive_ & !surface_.bsdf.is_specular();
     if (!settings_.bounces.is_everything()) left = left & counts(depth_ + R(1));
     if (scene_.lamps.size() == 1) {
       const auto& lamp = scene_.lamps.front();
@@ -542,7 +566,7 @@ class Packet {
   // probability sampling plan", Biometrika 69(3), 1982).
   void sample_mirrored_lamps(const Sample<D>& sample) {
     const auto brightness = [](V3<D> light) { return light.x + light.y + light.z; };
-    Bool<D> receives = alive_ & !surface_.bsdf.is_mirror;
+    Bool<D> receives = alive_ & !surface_.bsdf.is_specular();
     if (!settings_.bounces.is_everything()) receives = receives & counts(depth_ + R(2));
     light_.by_mirror = Bool<D>::none();
     R sum = select(light_.any, brightness(light_.radiance), R(0));
@@ -578,8 +602,14 @@ class Packet {
     const BsdfLanes<D>& bsdf = surface_.bsdf;
     const R emitter_cosine = max(-dot(lamp_normal, way.onward), R(0));
     const R inverse_pdf = R(lamp.area) * emitter_cosine / way.beam.squared_distance(way.to_lamp);
+    V3<D> reflectance(mirror.reflectance);
+    if (mirror.is_metal) {
+      const V3<D> between = way.onward - way.direction;  // along the mirror's normal
+      const R cosine = R(0.5f) * sqrt(dot(between, between));
+      reflectance = reflectance * fresnel_of_metal(cosine, V3<D>(mirror.eta), V3<D>(mirror.k));
+    }
     const R pdf = estimator_.sum_of_pdfs(R(1), bsdf.pdf(way.direction) * inverse_pdf);
-    return throughput_ * bsdf.reflectance * V3<D>(mirror.reflectance) * V3<D>(lamp.radiance) *
+    return throughput_ * bsdf.reflectance * reflectance * V3<D>(lamp.radiance) *
            (max(bsdf.eval(way.direction), R(0)) * inverse_pdf / pdf);
   }
 
