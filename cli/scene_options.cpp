@@ -44,7 +44,7 @@ Scene load_scene(const SceneOptions& options) {
   if (options.size) std::tie(scene.camera.width, scene.camera.height) = *options.size;
   if (options.bounces) scene.request.bounces = *options.bounces;
   for (const std::string& note : scene.notes) fmt::print(stderr, "plumb: {}\n", printable(note));
-  if (std::ranges::none_of(scene.shapes, &Shape::is_lamp)) {
+  if (!scene.has_lamps()) {
     fmt::print(stderr, "plumb: warning: {}: no lamp, the picture will be black\n", options.file);
   }
   return scene;

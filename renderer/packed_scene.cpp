@@ -316,9 +316,43 @@ class TreeBuilder {
   std::vector<size_t> order_;
 };
 
-double light_of(const Shape& shape) { return shape.radiance.dot(Rgb(1.0)); }
+double sum(const Rgb& radiance) { return radiance.dot(Rgb(1.0)); }
 
-// `brightest` is the light_of() the brightest lamp.
+// The sum of the brightest lamp's radiance.
+double brightest_of(const Scene& scene, double scale) {
+  double brightest = sum(scene.sky);
+  for (const Shape& shape : scene.shapes) brightest = std::max(brightest, sum(shape.radiance));
+  for (const PointLamp& p : scene.points) {
+    brightest = std::max(brightest, sum(p.intensity) * scale * scale);
+  }
+  return brightest;
+}
+
+// A sky's irradiance counts as a lamp's strength at the distance 1.
+template <typename T>
+PackedLamp<T> pack_sky(const Rgb& sky, double brightest) {
+  PackedLamp<T> lamp{};
+  lamp.kind = PackedLamp<T>::Kind::sky;
+  lamp.id = -1;
+  lamp.plane = -2;  // no surface's
+  lamp.radiance = pack<T>(sky);
+  lamp.strength = static_cast<T>(sum(sky) / brightest * std::numbers::pi);
+  return lamp;
+}
+
+template <typename T>
+PackedLamp<T> pack_point(const PointLamp& point, const Vec3& middle, double scale,
+                         double brightest) {
+  PackedLamp<T> lamp{};
+  lamp.kind = PackedLamp<T>::Kind::point;
+  lamp.id = lamp.plane = -2;
+  const Rgb intensity = point.intensity * (scale * scale);
+  lamp.radiance = pack<T>(intensity);
+  lamp.origin = lamp.middle = pack<T>((point.position - middle) * scale);
+  lamp.strength = static_cast<T>(sum(intensity) / brightest);
+  return lamp;
+}
+
 template <typename T>
 PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane, double brightest) {
   PackedLamp<T> lamp{};
@@ -327,7 +361,7 @@ PackedLamp<T> pack_lamp(const PlacedSurface& surface, T id, T plane, double brig
   lamp.radiance = pack<T>(surface.shape->radiance);
   // Sets what chooses the lamp, but for its kind.
   const auto set_strength = [&](double seen_area, const Vec3& center, double reach) {
-    lamp.strength = static_cast<T>(light_of(*surface.shape) / brightest * seen_area);
+    lamp.strength = static_cast<T>(sum(surface.shape->radiance) / brightest * seen_area);
     lamp.middle = pack<T>(center);
     lamp.squared_reach = static_cast<T>(reach * reach);
   };
@@ -528,8 +562,9 @@ PackedScene<T>::PackedScene(const Scene& scene) {
   surfaces.stride = static_cast<int>((list.size() / 64 + 1) * 64);
   surfaces.values.assign(size_t{SurfaceTable<T>::columns} * size_t(surfaces.stride), T{0});
   const std::vector<int> planes = first_coplanar(list);
-  double brightest = 0.0;
-  for (const Shape& shape : scene.shapes) brightest = std::max(brightest, light_of(shape));
+  const double brightest = brightest_of(scene, scale);
+  has_sky = scene.has_sky();
+  const bool is_open = has_sky || !scene.points.empty();
   size_t mirrored_lamps = 0;
   for (int i = 0; i < static_cast<int>(list.size()); ++i) {
     const PlacedSurface& surface = list[size_t(i)];
@@ -541,7 +576,7 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     if (!is_counted) add_surface<T>(surface, starts_solid, growth, id, plane, shapes);
     const auto* polygon = std::get_if<Polygon>(&surface.geometry);
     const bool is_wall = polygon != nullptr && !surface.of_solid && !surface.of_tree;
-    if (!is_counted && (!is_wall || !bounds_the_scene(surface, list))) {
+    if (!is_counted && (!is_wall || is_open || !bounds_the_scene(surface, list))) {
       add_surface<T>(surface, starts_solid, growth, id, plane, occluders);
     }
     if (surface.shape->is_lamp()) {
@@ -555,6 +590,10 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     has_metals |= surface.shape->bsdf.is_metal();
     has_glass |= surface.shape->bsdf.kind == Bsdf::Kind::dielectric;
     has_two_sided |= surface.shape->bsdf.two_sided;
+  }
+  if (has_sky) lamps.push_back(pack_sky<T>(scene.sky, brightest));
+  for (const PointLamp& point : scene.points) {
+    lamps.push_back(pack_point<T>(point, middle, scale, brightest));
   }
   has_mirrored_lamps = mirrored_lamps > 0 && mirrored_lamps <= max_mirrored_lamps;
   if (!has_mirrored_lamps) {

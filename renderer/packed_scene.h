@@ -111,12 +111,13 @@ struct PackedMirror {
 template <typename T>
 constexpr T unit_interval_step = sizeof(T) == sizeof(float) ? T{0x1p-24f} : T{0x1p-31f};
 
-// An emitting surface: what others call an emitter or an area light. A rectangle has unit vectors
-// x, y along its sides from the corner `origin`; a triangle has the corners origin, origin + x,
-// origin + y; a sphere has its centre there.
+// What emits light: an emitter, as others call it. A rectangle has unit vectors x, y along its
+// sides from the corner `origin`; a triangle has the corners origin, origin + x, origin + y; a
+// sphere has its centre there; a point is there, and its `radiance` is its intensity. The sky has
+// the id of rays that meet nothing.
 template <typename T>
 struct PackedLamp {
-  enum class Kind { rectangle, triangle, sphere };
+  enum class Kind { rectangle, triangle, sphere, point, sky };
   Kind kind;
   T id;
   T plane;  // Plane::id; of a sphere its own id
@@ -195,13 +196,14 @@ struct PackedScene {
   PackedCamera<T> camera;
   PackedShapes<T> shapes;
   // The shapes that can stand between two points on surfaces: all but those flat ones that have
-  // the whole scene on one side.
+  // the whole scene on one side. They are all where there is a sky, or lamps that are points.
   PackedShapes<T> occluders;
   std::vector<PackedLamp<T>> lamps;
   SurfaceTable<T> surfaces;
   bool has_mirrors = false;
   bool has_metals = false;
   bool has_glass = false;
+  bool has_sky = false;
   bool has_mirrored_lamps = false;
   bool has_two_sided = false;
   bool has_coplanar = false;

@@ -35,6 +35,8 @@ double area(const Surface& surface) {
   return (c[1] - c[0]).cross(c.back() - c[0]).length() / (c.size() == 3 ? 2.0 : 1.0);
 }
 
+constexpr double sky_pdf = 1.0 / (4.0 * pi);  // all directions alike
+
 // The direction whose cosine to the unit vector `axis` is given, turned around it by a part of the
 // full circle.
 Vec3 direction_around(const Vec3& axis, double cosine, double part) {
@@ -67,7 +69,12 @@ class Path {
     ray_ = {camera.origin, camera.direction(x, y).normalized()};
     for (int bounces = 0; bounces % 1024 != 1023 || !is_abandoned(bounces); ++bounces) {
       const auto [surface, distance] = nearest(ray_);
-      if (surface == nullptr) break;
+      if (surface == nullptr) {
+        if (bounces_.contains(bounces)) {
+          radiance_ += throughput_ * scene_.sky * balance_heuristic(pdf_, sky_pdf);
+        }
+        break;
+      }
       const Vec3 point = ray_.at(distance);
       const bool is_front = surface->normal(point).dot(ray_.direction) < 0.0;
       const Vec3 normal = surface->normal(point) * (is_front ? 1.0 : -1.0);
@@ -77,7 +84,11 @@ class Path {
         radiance_ += throughput_ * surface->shape->radiance * weight;
       }
       if (!(is_front || bsdf.two_sided) || bounces >= bounces_.last) break;
-      if (!bsdf.is_specular() && bounces_.contains(bounces + 1)) add_lamp(point, normal, bsdf);
+      if (!bsdf.is_specular() && bounces_.contains(bounces + 1)) {
+        add_lamp(point, normal, bsdf);
+        add_sky(point, normal, bsdf);
+        add_points(point, normal, bsdf);
+      }
       ray_ = {point, sample_direction(normal, bsdf, is_front ? bsdf.ior : 1.0 / bsdf.ior)};
       const double survival =
           std::min(1.0, 3.0 * std::ranges::max({throughput_.x, throughput_.y, throughput_.z}));
@@ -125,24 +136,47 @@ class Path {
     return c[0] + (c[1] - c[0]) * u + (c.back() - c[0]) * v;
   }
 
-  // Next event estimation: adds the light of a point that is sampled on a lamp, if nothing is in
-  // the way.
+  // Next event estimation: adds the light of a point that is sampled on a lamp.
   void add_lamp(const Vec3& point, const Vec3& normal, const Bsdf& bsdf) {
     const auto& choice = scene_.choice;
     size_t i = 0;
     for (double u = random(); i + 1 < choice.size() && u >= choice[i]; ++i) u -= choice[i];
-    if (choice[i] == 0.0) return;  // there's no lamp
+    if (choice.empty() || choice[i] == 0.0) return;  // there's no lamp
     const Surface& lamp = scene_.surfaces[i];
     const Vec3 on_lamp = sample_point(lamp);
     const double distance = (on_lamp - point).length();
     const Ray ray{point, (on_lamp - point) / distance};
-    const double cosine = normal.dot(ray.direction);
-    if (!(cosine > 0.0 && lamp.normal(on_lamp).dot(ray.direction) < 0.0)) return;
-    if (nearest(ray).second < distance - scene_.margin) return;
-    const Vec3 f = bsdf.reflectance / pi;
+    if (lamp.normal(on_lamp).dot(ray.direction) >= 0.0) return;
     const double pdf = lamp_pdf(lamp, ray, distance);
-    const double weight = balance_heuristic(pdf, cosine / pi);
-    radiance_ += throughput_ * f * cosine / pdf * lamp.shape->radiance * weight;
+    const double weight = balance_heuristic(pdf, normal.dot(ray.direction) / pi);
+    add_light(ray, distance, normal, bsdf, lamp.shape->radiance / pdf * weight);
+  }
+
+  void add_sky(const Vec3& point, const Vec3& normal, const Bsdf& bsdf) {
+    if (scene_.sky == Rgb(0.0)) return;
+    const double cosine = 2.0 * random() - 1.0;
+    const Ray ray{point, direction_around(normal, cosine, random())};
+    const double weight = balance_heuristic(sky_pdf, cosine / pi);
+    add_light(ray, delta, normal, bsdf, scene_.sky / sky_pdf * weight);
+  }
+
+  // The inverse-square law.
+  void add_points(const Vec3& point, const Vec3& normal, const Bsdf& bsdf) {
+    for (const PointLamp& lamp : scene_.points) {
+      const double distance = (lamp.position - point).length();
+      const Ray ray{point, (lamp.position - point) / distance};
+      add_light(ray, distance, normal, bsdf, lamp.intensity / (distance * distance));
+    }
+  }
+
+  // Adds what the surface scatters of light that comes from that distance, if nothing is in the
+  // way.
+  void add_light(const Ray& ray, double distance, const Vec3& normal, const Bsdf& bsdf,
+                 const Vec3& radiance) {
+    const double cosine = normal.dot(ray.direction);
+    if (!(cosine > 0.0) || nearest(ray).second < distance - scene_.margin) return;
+    const Vec3 f = bsdf.reflectance / pi;
+    radiance_ += throughput_ * f * cosine * radiance;
   }
 
   // Samples the BSDF, and multiplies the throughput by f * cosine / pdf. Beyond the surface the
@@ -186,7 +220,8 @@ class Path {
 
 }  // namespace
 
-PlainScene::PlainScene(const Scene& scene) : camera(scene.camera), surfaces(list_surfaces(scene)) {
+PlainScene::PlainScene(const Scene& scene)
+    : camera(scene.camera), points(scene.points), sky(scene.sky), surfaces(list_surfaces(scene)) {
   double size = 0.0, total = 0.0;
   for (const Surface& surface : surfaces) {
     size = std::max(size, std::sqrt(area(surface)));

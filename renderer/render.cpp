@@ -221,6 +221,9 @@ Cost render(const Scene& scene, const Settings& settings, const Limits& limits, 
   if (is_plain && (!is_double || settings.sampler != Sampler::independent)) {
     throw std::invalid_argument("the plain path tracer draws independent numbers and is in double");
   }
+  if (settings.method == Method::bsdf && !scene.points.empty()) {
+    throw std::invalid_argument("method bsdf: chance never meets lamps that are points");
+  }
   if (is_plain) return render_as<PlainScene>(scene, settings, limits, film, progress, stop);
   if (is_double) {
     return render_as<PackedScene<double>>(scene, settings, limits, film, progress, stop);

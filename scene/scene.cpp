@@ -72,4 +72,8 @@ double Camera::half_width() const {
   return tangent;
 }
 
+bool Scene::has_lamps() const {
+  return has_sky() || !points.empty() || std::ranges::any_of(shapes, &Shape::is_lamp);
+}
+
 }  // namespace plumb

@@ -82,6 +82,13 @@ struct Shape {
   bool is_lamp() const { return radiance != Rgb(0.0); }
 };
 
+// A lamp without size, which no picture shows and no path meets by chance. It sends `intensity`,
+// radiance times area, to every side. What mirrors and glass make of its light can't be found.
+struct PointLamp {
+  Vec3 position;
+  Rgb intensity;
+};
+
 constexpr int largest_image_side = 8192;
 
 // How much light at a distance from a pixel's middle counts, along x and along y: `box` is the
@@ -147,8 +154,13 @@ struct Scene {
   std::string hash;  // SHA-1 of the scene file's bytes and of those of the files it names
   Camera camera;
   std::vector<Shape> shapes;
+  std::vector<PointLamp> points;
+  Rgb sky{0.0};  // the radiance that arrives, from all around, from where there are no shapes
   RenderRequest request;
   std::vector<std::string> notes;  // what of the file was taken how, a line each
+
+  bool has_sky() const { return sky != Rgb(0.0); }
+  bool has_lamps() const;  // of any kind, the sky among them
 };
 
 }  // namespace plumb

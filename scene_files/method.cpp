@@ -40,7 +40,7 @@ Trial try_out(const Scene& scene, Method method) {
 }  // namespace
 
 bool chance_suffices(const Scene& scene) {
-  if (list_surfaces(scene).size() > 300) return false;
+  if (list_surfaces(scene).size() > 300 || !scene.points.empty()) return false;
   Scene small = scene;
   small.camera.width = small.camera.height = 16;
   const Trial chance = try_out(small, Method::bsdf);

@@ -97,6 +97,15 @@ class Reader {
     for (const xml_node& node : root.children("shape")) {
       if (!file_.is_refused(node)) scene_.shapes.push_back(read_shape(node));
     }
+    for (const xml_node& node : root.children("emitter")) {
+      if (!file_.is_refused(node)) read_emitter(node);
+    }
+    const auto is_specular = [](const Shape& shape) { return shape.bsdf.is_specular(); };
+    if (!scene_.points.empty() && std::ranges::any_of(scene_.shapes, is_specular)) {
+      file_.note(
+          "what mirrors and glass make of a point's light is missing: no path meets a point, here "
+          "as in Mitsuba and Cycles");
+    }
     for (const std::string& note : leave_air_around_glass(scene_)) file_.note(note);
     // They have done their work, but those that nothing refers to may hold mistakes.
     for (const xml_node& node : root.children("bsdf")) {
@@ -112,6 +121,8 @@ class Reader {
   }
 
  private:
+  static constexpr double highest_radiance = 1e30;  // far from float's largest, times any weight
+
   // Numbers between blanks or commas; none if there is anything else.
   static std::vector<double> parse_numbers(std::string text) {
     std::ranges::replace(text, ',', ' ');
@@ -300,7 +311,8 @@ class Reader {
   Rgb read_color(const xml_node& parent, const char* name, double missing, double highest) {
     const xml_node node = parameter(parent, name);
     if (!node) return Rgb(missing);
-    const Rgb rgb = read_color(node, name == std::string_view("radiance"));
+    const std::string_view meaning = name;
+    const Rgb rgb = read_color(node, meaning == "radiance" || meaning == "intensity");
     if (std::min({rgb.x, rgb.y, rgb.z}) >= 0.0 && std::max({rgb.x, rgb.y, rgb.z}) <= highest) {
       return rgb;
     }
@@ -459,13 +471,32 @@ class Reader {
       shape.geometry = is_file ? read_mesh(node, to_world) : read_rectangle_or_cube(node, to_world);
     }
     const xml_node emitter = node.child("emitter");
-    constexpr double highest_radiance = 1e30;  // far from float's largest, times any weight
-    if (emitter) shape.radiance = read_color(emitter, "radiance", 1.0, highest_radiance);
+    if (emitter && type_of(emitter) != "area") {
+      file_.refuse(emitter, "shapes have emitters of the type area");
+    } else if (emitter) {
+      shape.radiance = read_color(emitter, "radiance", 1.0, highest_radiance);
+    }
     // Without a BSDF a lamp is black, in Mitsuba too.
     if (emitter) shape.bsdf.reflectance = Rgb(0.0);
     if (const xml_node bsdf = node.child("bsdf")) shape.bsdf = read_bsdf(bsdf);
     if (read_flag(node, "flip_normals")) flip(node, shape);
     return shape;
+  }
+
+  // One that is no shape's. Area emitters are there to be referred to.
+  void read_emitter(const xml_node& node) {
+    if (type_of(node) == "constant") {
+      if (scene_.has_sky()) file_.refuse(node, "there is a sky already");
+      scene_.sky = read_color(node, "radiance", 1.0, highest_radiance);
+    } else if (type_of(node) == "point") {
+      const xml_node position = parameter(node, "position");
+      if (position && parameter(node, "to_world")) {
+        file_.refuse(position, "give either position or to_world");
+      }
+      const M44d to_world = read_to_world(node);
+      scene_.points.push_back({position ? read_vector(position, "value") : row(to_world, 3),
+                               read_color(node, "intensity", 1.0, highest_radiance)});
+    }
   }
 
   void flip(const xml_node& node, Shape& shape) {

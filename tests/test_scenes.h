@@ -102,6 +102,7 @@ inline Scene tilted(Scene scene) {
        {&scene.camera.origin, &scene.camera.forward, &scene.camera.right, &scene.camera.up}) {
     turn(*v);
   }
+  for (PointLamp& point : scene.points) turn(point.position);
   for (Shape& shape : scene.shapes) {
     if (auto* ball = std::get_if<Sphere>(&shape.geometry)) {
       turn(ball->center);

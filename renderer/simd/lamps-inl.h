@@ -286,10 +286,35 @@ HWY_INLINE LampSample<D> sample_sphere(const PackedLamp<hn::TFromD<D>>& lamp, V3
 }
 
 template <class D>
+HWY_INLINE Real<D> inverse_sky_pdf(V3<D> normal, V3<D> direction) {
+  return Real<D>::pi() / dot(normal, direction);
+}
+
+// One over the squared distance is what its intensity is multiplied by: no density's inverse, but
+// in its place.
+template <class D>
+HWY_INLINE LampSample<D> sample_point(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p) {
+  using R = Real<D>;
+  const V3<D> to_lamp = V3<D>(lamp.origin) - p;
+  const R distance = sqrt(dot(to_lamp, to_lamp)), inverse = R(1) / distance;
+  return {to_lamp * inverse, distance, inverse * inverse, distance > R(0)};
+}
+
+// The sky above a surface, by the cosine to its normal.
+template <class D>
+HWY_INLINE LampSample<D> sample_sky(V3<D> normal, Real<D> u, Real<D> v) {
+  using R = Real<D>;
+  const V3<D> direction = sample_cosine_hemisphere(frame_around(normal), u, v);
+  return {direction, R(hwy::HighestValue<hn::TFromD<D>>()), inverse_sky_pdf(normal, direction),
+          !Bool<D>::none()};
+}
+
+template <class D>
 HWY_INLINE LampSample<D> sample_lamp(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p, Real<D> u,
                                      Real<D> v) {
   using Kind = typename PackedLamp<hn::TFromD<D>>::Kind;
   if (lamp.kind == Kind::sphere) return sample_sphere(lamp, p, u, v);
+  if (lamp.kind == Kind::point) return sample_point(lamp, p);
   return lamp.kind == Kind::triangle ? sample_triangle(lamp, p, u, v)
                                      : sample_rectangle(lamp, p, u, v);
 }
@@ -326,9 +351,11 @@ HWY_INLINE LampPoint<D> sample_area(const PackedLamp<hn::TFromD<D>>& lamp, Real<
 template <class D>
 HWY_INLINE Real<D> choice_weight(const PackedLamp<hn::TFromD<D>>& lamp, V3<D> p) {
   using R = Real<D>;
+  using Kind = typename PackedLamp<hn::TFromD<D>>::Kind;
+  if (lamp.kind == Kind::sky) return R(lamp.strength);
   const V3<D> from_middle = p - V3<D>(lamp.middle);
   const R squared = dot(from_middle, from_middle), reach(lamp.squared_reach);
-  if (lamp.kind == PackedLamp<hn::TFromD<D>>::Kind::sphere) {
+  if (lamp.kind == Kind::sphere || lamp.kind == Kind::point) {
     return select(squared > reach, R(lamp.strength) / squared, R(0));
   }
   const R height = dot(from_middle, V3<D>(lamp.normal));

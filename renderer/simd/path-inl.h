@@ -355,6 +355,7 @@ class Packet {
     ray_.direction = scattered.direction;
     pdf_ = scattered.pdf;
     if (scene_.has_glass) throughput_ = throughput_ * scattered.factor;
+    if (scene_.has_sky) inverse_sky_pdf_ = inverse_sky_pdf(surface_.bsdf.normal, ray_.direction);
   }
 
   // Of paths that stand on a mirror, before they leave it.
@@ -457,7 +458,9 @@ class Packet {
   // Adds the emission of lamps that paths have met.
   void add_emission(const Hit<D>& hit) {
     for (const auto& lamp : scene_.lamps) {
-      Bool<D> lit = (hit.id == R(lamp.id)) & surface_.front;
+      const bool is_sky = lamp.kind == PackedLamp<T>::Kind::sky;
+      Bool<D> lit = hit.id == R(lamp.id);
+      if (!is_sky) lit = lit & surface_.front;
       if (!settings_.bounces.is_everything()) lit = lit & counts(depth_);
       if (!lit.any()) continue;
       V3<D> light = throughput_ * V3<D>(lamp.radiance);
@@ -466,7 +469,8 @@ class Packet {
       if (settings_.method == Method::mis) {
         // MIS: sampling the lamp finds this point with the density choice / inverse; not along
         // a delta's direction, where infinity times 0 would be undefined.
-        const R inverse = estimator_.inverse_lamp_pdf(lamp, ray_.origin, hit.distance);
+        const R inverse = is_sky ? inverse_sky_pdf_
+                                 : estimator_.inverse_lamp_pdf(lamp, ray_.origin, hit.distance);
         const R lamp_over_bsdf = choice_of(lamp) / (pdf_ * inverse);
         const R weight = balance_heuristic_of_ratio(select(is_delta, R(0), lamp_over_bsdf));
         light = light * weight;
@@ -505,8 +509,7 @@ class Packet {
     if (!settings_.bounces.is_everything()) left = left & counts(depth_ + R(1));
     if (scene_.lamps.size() == 1) {
       const auto& lamp = scene_.lamps.front();
-      const auto to_lamp = estimator_.sample_lamp(lamp, surface_.point, sample.u, sample.v);
-      return set_direct_light(lamp, left, R(1), to_lamp);
+      return set_direct_light(lamp, left, R(1), sample_lamp(lamp, sample.u, sample.v));
     }
     choice_weights_ = R(0);
     for (const auto& lamp : scene_.lamps) {
@@ -525,11 +528,16 @@ class Packet {
         const R step = choice_weights_ / weight * R(unit_interval_step<T>);
         const R rare = select(weight < choice_weights_ * R(T{1} / 256), step, R(0));
         const R u = fma(sample.w, rare, (target - begin) / weight);
-        set_direct_light(lamp, chosen, weight / choice_weights_,
-                         estimator_.sample_lamp(lamp, surface_.point, u, sample.v));
+        set_direct_light(lamp, chosen, weight / choice_weights_, sample_lamp(lamp, u, sample.v));
       }
       begin = end;
     }
+  }
+
+  LampSample<D> sample_lamp(const PackedLamp<T>& lamp, R u, R v) const {
+    const bool is_sky = lamp.kind == PackedLamp<T>::Kind::sky;
+    return is_sky ? sample_sky(surface_.bsdf.normal, u, v)
+                  : estimator_.sample_lamp(lamp, surface_.point, u, v);
   }
 
   // Keeps throughput * f * cosine / p * radiance of the sampled point for the shadow ray. The
@@ -542,7 +550,7 @@ class Packet {
     const BsdfLanes<D>& bsdf = surface_.bsdf;
     const R f_cosine = bsdf.eval(to_lamp.direction);  // over the reflectance
     R pdf = choice;  // p, then p + q: here and below times inverse_pdf
-    if (settings_.method == Method::mis) {
+    if (settings_.method == Method::mis && lamp.kind != PackedLamp<T>::Kind::point) {
       pdf = estimator_.sum_of_pdfs(pdf, bsdf.pdf(to_lamp.direction) * to_lamp.inverse_pdf);
     }
     const V3<D> radiance = throughput_ * bsdf.reflectance * V3<D>(lamp.radiance) *
@@ -657,8 +665,9 @@ class Packet {
   Bool<D> busy_;   // lanes with a sample
   Bool<D> alive_;  // lanes whose path goes on
   RayLanes<D> ray_;
-  R pdf_;    // of the ray's direction
-  R depth_;  // bounces so far
+  R pdf_;                     // of the ray's direction
+  R inverse_sky_pdf_ = R(0);  // the same, had the sky been sampled
+  R depth_;                   // bounces so far
   V3<D> throughput_, radiance_;
   R choice_weights_;  // of all lamps where the ray begins
   R choice_;          // from 0 to 1: the lamp itself or one of its mirrors
