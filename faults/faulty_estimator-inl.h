@@ -105,17 +105,16 @@ struct FaultyEstimator : Estimator<Lanes> {
     return {u, v, third};
   }
 
-  BsdfSample<D> sample_bsdf(const BsdfLanes<D>& bsdf, V3<D> incident, R u, R v) const {
+  BsdfSample<D> sample_bsdf(const BsdfLanes<D>& bsdf, R u, R v) const {
     if (fault == Fault::uniform_directions) {
       const R sine = sqrt(R(1) - u * u);
-      return bsdf.specular_or(incident, u,
-                              spherical_direction(frame_around(bsdf.normal), u, sine, v));
+      return bsdf.other_or(u, v, spherical_direction(frame_around(bsdf.normal), u, sine, v));
     }
     if (fault == Fault::tangent_frame) {
       const Frame<D> frame = short_frame_around(bsdf.normal);
-      return bsdf.specular_or(incident, u, normalize(sample_cosine_hemisphere(frame, u, v)));
+      return bsdf.other_or(u, v, normalize(sample_cosine_hemisphere(frame, u, v)));
     }
-    return Base::sample_bsdf(bsdf, incident, u, v);
+    return Base::sample_bsdf(bsdf, u, v);
   }
 
   LampSample<D> sample_lamp(const Lamp& lamp, V3<D> p, R u, R v) const {

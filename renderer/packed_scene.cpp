@@ -417,12 +417,11 @@ std::vector<PackedMirror<T>> list_mirrors(const PlacedSurface& of_lamp, double g
   for (size_t i = 0; i < surfaces.size(); ++i) {
     const PlacedSurface& surface = surfaces[i];
     const Bsdf& bsdf = surface.shape->bsdf;
-    if (bsdf.kind != Bsdf::Kind::conductor || surface.of_tree) continue;
+    if (!bsdf.is_mirror() || surface.of_tree) continue;
     if (!shines_at(of_lamp, surface, false) || !shines_at(surface, of_lamp, bsdf.two_sided))
       continue;
     PackedMirror<T> mirror{};
     mirror.two_sided = bsdf.two_sided;
-    mirror.is_metal = bsdf.is_metal();
     mirror.reflectance = pack<T>(bsdf.reflectance);
     mirror.eta = pack<T>(bsdf.eta);
     mirror.k = pack<T>(bsdf.k);
@@ -467,8 +466,8 @@ void set_row(SurfaceTable<T>& table, int id, int plane, const PlacedSurface& sur
   set_vector(Table::transmittance, bsdf.transmittance);
   set_vector(Table::eta, bsdf.eta);
   set_vector(Table::k, bsdf.k);
-  set(Table::mirror, bsdf.kind == Bsdf::Kind::conductor);
-  set(Table::metal, bsdf.is_metal());
+  set(Table::mirror, bsdf.is_mirror());
+  set(Table::alpha, bsdf.alpha);
   set(Table::ior, is_glass ? bsdf.ior : 0.0);
   set(Table::two_sided, bsdf.two_sided);
   set(Table::plane, plane);
@@ -586,10 +585,12 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     }
     set_row(surfaces, i, first, surface, growth);
     has_coplanar |= first != i;
-    has_mirrors |= surface.shape->bsdf.kind == Bsdf::Kind::conductor;
-    has_metals |= surface.shape->bsdf.is_metal();
-    has_glass |= surface.shape->bsdf.kind == Bsdf::Kind::dielectric;
-    has_two_sided |= surface.shape->bsdf.two_sided;
+    const Bsdf& bsdf = surface.shape->bsdf;
+    has_mirrors |= bsdf.is_mirror();
+    has_rough |= bsdf.alpha > 0.0;
+    has_metals |= bsdf.is_metal() || bsdf.alpha > 0.0;
+    has_glass |= bsdf.kind == Bsdf::Kind::dielectric;
+    has_two_sided |= bsdf.two_sided;
   }
   if (has_sky) lamps.push_back(pack_sky<T>(scene.sky, brightest));
   for (const PointLamp& point : scene.points) {

@@ -98,7 +98,6 @@ template <typename T>
 struct PackedMirror {
   bool is_sphere;
   bool two_sided;
-  bool is_metal;
   PackedPolygon<T> face;
   PackedSphere<T> sphere;
   PackedVec3<T> reflectance, eta, k;
@@ -154,7 +153,7 @@ struct SurfaceTable {
     plane,  // Plane::id; of a sphere its own id
     sphere,
     mirror,
-    metal,  // a mirror with an index
+    alpha,  // of a rough metal, else 0
     ior,    // of a dielectric, else 0
     two_sided
   };
@@ -201,7 +200,8 @@ struct PackedScene {
   std::vector<PackedLamp<T>> lamps;
   SurfaceTable<T> surfaces;
   bool has_mirrors = false;
-  bool has_metals = false;
+  bool has_metals = false;  // smooth ones with an index, or rough ones
+  bool has_rough = false;
   bool has_glass = false;
   bool has_sky = false;
   bool has_mirrored_lamps = false;

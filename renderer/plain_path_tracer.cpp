@@ -57,6 +57,61 @@ double fresnel(double cosine, const std::complex<double>& n) {
   return (std::norm(across) + std::norm(in_plane)) / 2.0;
 }
 
+// Of metals: what the reflectance is multiplied by.
+Vec3 fresnel(double cosine, const Bsdf& bsdf) {
+  Vec3 reflected(1.0);
+  for (int c = 0; c < 3 && bsdf.is_metal(); ++c) {
+    reflected[c] = fresnel(cosine, {bsdf.eta[c], bsdf.k[c]});
+  }
+  return reflected;
+}
+
+double squared_tangent(double cosine) { return 1.0 / (cosine * cosine) - 1.0; }
+
+// GGX: of tiny mirrors the density of those whose normal has that cosine, and the share of them
+// that others don't hide (Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
+// EGSR 2007, equations 33 and 34).
+double ggx(double alpha, double cosine) {
+  const double spread = alpha * alpha + squared_tangent(cosine);
+  return std::pow(alpha / (cosine * cosine * spread), 2) / pi;
+}
+
+double visible(double alpha, double cosine) {
+  return 2.0 / (1.0 + std::sqrt(1.0 + alpha * alpha * squared_tangent(cosine)));
+}
+
+// A surface that scatters light, which leads to it from `view`, to many directions.
+struct Scattering {
+  const Bsdf& bsdf;
+  Vec3 normal, view;
+
+  // The BSDF's value, for directions above the surface.
+  Vec3 f(const Vec3& direction) const {
+    if (bsdf.kind == Bsdf::Kind::diffuse) return bsdf.reflectance / pi;
+    const Vec3 half = (view + direction).normalized();
+    const double in = normal.dot(view), out = normal.dot(direction);
+    return bsdf.reflectance * fresnel(half.dot(view), bsdf) *
+           (ggx(bsdf.alpha, normal.dot(half)) * visible(bsdf.alpha, in) * visible(bsdf.alpha, out) /
+            (4.0 * in * out));
+  }
+
+  double pdf(const Vec3& direction) const {
+    if (bsdf.kind == Bsdf::Kind::diffuse) return normal.dot(direction) / pi;
+    const Vec3 half = (view + direction).normalized();
+    const double cosine = normal.dot(half);
+    return ggx(bsdf.alpha, cosine) * cosine / (4.0 * half.dot(view));
+  }
+
+  // By that density: the cosine of diffuse light is the square root of an even number; a mirror's
+  // normal is drawn in proportion to what it covers of the surface (equation 35).
+  Vec3 sample(double u, double v) const {
+    if (bsdf.kind == Bsdf::Kind::diffuse) return direction_around(normal, std::sqrt(1.0 - u), v);
+    const double tangent = bsdf.alpha * std::sqrt(u / (1.0 - u));
+    const Vec3 half = direction_around(normal, 1.0 / std::hypot(1.0, tangent), v);
+    return half * (2.0 * half.dot(view)) - view;
+  }
+};
+
 class Path {
  public:
   Path(const PlainScene& scene, const BounceRange& bounces, std::seed_seq& seed, int64_t& rays)
@@ -85,9 +140,10 @@ class Path {
       }
       if (!(is_front || bsdf.two_sided) || bounces >= bounces_.last) break;
       if (!bsdf.is_specular() && bounces_.contains(bounces + 1)) {
-        add_lamp(point, normal, bsdf);
-        add_sky(point, normal, bsdf);
-        add_points(point, normal, bsdf);
+        const Scattering scattering{bsdf, normal, -ray_.direction};
+        add_lamp(point, scattering);
+        add_sky(point, scattering);
+        add_points(point, scattering);
       }
       ray_ = {point, sample_direction(normal, bsdf, is_front ? bsdf.ior : 1.0 / bsdf.ior)};
       const double survival =
@@ -137,7 +193,7 @@ class Path {
   }
 
   // Next event estimation: adds the light of a point that is sampled on a lamp.
-  void add_lamp(const Vec3& point, const Vec3& normal, const Bsdf& bsdf) {
+  void add_lamp(const Vec3& point, const Scattering& scattering) {
     const auto& choice = scene_.choice;
     size_t i = 0;
     for (double u = random(); i + 1 < choice.size() && u >= choice[i]; ++i) u -= choice[i];
@@ -148,46 +204,47 @@ class Path {
     const Ray ray{point, (on_lamp - point) / distance};
     if (lamp.normal(on_lamp).dot(ray.direction) >= 0.0) return;
     const double pdf = lamp_pdf(lamp, ray, distance);
-    const double weight = balance_heuristic(pdf, normal.dot(ray.direction) / pi);
-    add_light(ray, distance, normal, bsdf, lamp.shape->radiance / pdf * weight);
+    const double weight = balance_heuristic(pdf, scattering.pdf(ray.direction));
+    add_light(ray, distance, scattering, lamp.shape->radiance / pdf * weight);
   }
 
-  void add_sky(const Vec3& point, const Vec3& normal, const Bsdf& bsdf) {
+  void add_sky(const Vec3& point, const Scattering& scattering) {
     if (scene_.sky == Rgb(0.0)) return;
     const double cosine = 2.0 * random() - 1.0;
-    const Ray ray{point, direction_around(normal, cosine, random())};
-    const double weight = balance_heuristic(sky_pdf, cosine / pi);
-    add_light(ray, delta, normal, bsdf, scene_.sky / sky_pdf * weight);
+    const Ray ray{point, direction_around(scattering.normal, cosine, random())};
+    const double weight = balance_heuristic(sky_pdf, scattering.pdf(ray.direction));
+    add_light(ray, delta, scattering, scene_.sky / sky_pdf * weight);
   }
 
   // The inverse-square law.
-  void add_points(const Vec3& point, const Vec3& normal, const Bsdf& bsdf) {
+  void add_points(const Vec3& point, const Scattering& scattering) {
     for (const PointLamp& lamp : scene_.points) {
       const double distance = (lamp.position - point).length();
       const Ray ray{point, (lamp.position - point) / distance};
-      add_light(ray, distance, normal, bsdf, lamp.intensity / (distance * distance));
+      add_light(ray, distance, scattering, lamp.intensity / (distance * distance));
     }
   }
 
   // Adds what the surface scatters of light that comes from that distance, if nothing is in the
   // way.
-  void add_light(const Ray& ray, double distance, const Vec3& normal, const Bsdf& bsdf,
+  void add_light(const Ray& ray, double distance, const Scattering& scattering,
                  const Vec3& radiance) {
-    const double cosine = normal.dot(ray.direction);
+    const double cosine = scattering.normal.dot(ray.direction);
     if (!(cosine > 0.0) || nearest(ray).second < distance - scene_.margin) return;
-    const Vec3 f = bsdf.reflectance / pi;
-    radiance_ += throughput_ * f * cosine * radiance;
+    radiance_ += throughput_ * scattering.f(ray.direction) * cosine * radiance;
   }
 
   // Samples the BSDF, and multiplies the throughput by f * cosine / pdf. Beyond the surface the
   // refractive index is `n` times that on this side.
   Vec3 sample_direction(const Vec3& normal, const Bsdf& bsdf, double n) {
     if (bsdf.is_specular()) return sample_specular(normal, bsdf, n);
-    const double cosine = std::sqrt(1.0 - random());
-    pdf_ = cosine / pi;  // what the square root makes it
-    const Vec3 f = bsdf.reflectance / pi;
-    throughput_ *= f * cosine / pdf_;
-    return direction_around(normal, cosine, random());
+    const Scattering scattering{bsdf, normal, -ray_.direction};
+    const double u = random(), v = random();
+    const Vec3 direction = scattering.sample(u, v);
+    pdf_ = scattering.pdf(direction);
+    const double cosine = std::max(0.0, normal.dot(direction));
+    throughput_ *= cosine > 0.0 ? scattering.f(direction) * cosine / pdf_ : Vec3(0.0);
+    return direction;
   }
 
   // f and pdf have the same delta. Of glass, what Fresnel's equations say is reflected is the
@@ -202,10 +259,7 @@ class Path {
       const Vec3 sine = along / n;
       return (sine - normal * std::sqrt(std::max(0.0, 1.0 - sine.length2()))).normalized();
     }
-    throughput_ *= bsdf.reflectance;
-    for (int c = 0; c < 3 && bsdf.is_metal(); ++c) {
-      throughput_[c] *= fresnel(cosine, {bsdf.eta[c], bsdf.k[c]});
-    }
+    throughput_ *= bsdf.reflectance * fresnel(cosine, bsdf);
     return (along + normal * cosine).normalized();
   }
 

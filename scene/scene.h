@@ -52,7 +52,9 @@ using Mesh = std::vector<Polygon>;
 //   diffuse     Lambertian, f = reflectance / pi
 //   conductor   a metal: a mirror that shows `reflectance` times what Fresnel's equations give for
 //               the complex refractive index eta + i k, in that of the air around it; without an
-//               index a perfect mirror
+//               index a perfect mirror. Or, with a roughness `alpha`, tiny ones whose normals have
+//               the GGX distribution, shadowed by Smith's formula, for each direction by itself; of
+//               light reflected among them nothing is seen
 //   dielectric  glass: the smooth border of what has the refractive index `ior`, behind the normal,
 //               in that of what is before it. Fresnel's equations say how much is reflected; that
 //               is multiplied by `reflectance`, and the rest, which goes through, by
@@ -66,11 +68,13 @@ struct Bsdf {
   Rgb reflectance{0.5};
   bool two_sided = false;
   Rgb eta{0.0}, k{0.0};  // both zero: without an index
+  double alpha = 0.0;    // of a conductor; 0: smooth
   double ior = 1.0;
   Rgb transmittance{1.0};
 
   bool is_metal() const { return eta != Rgb(0.0) || k != Rgb(0.0); }
-  bool is_specular() const { return kind != Kind::diffuse; }  // scatters in single directions
+  bool is_mirror() const { return kind == Kind::conductor && alpha == 0.0; }
+  bool is_specular() const { return is_mirror() || kind == Kind::dielectric; }
 };
 
 struct Shape {

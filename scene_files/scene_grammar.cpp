@@ -47,6 +47,8 @@ const std::string shape =
     "transform to_world, boolean flip_normals, bsdf, emitter, float silhouette_sampling_weight~";
 const std::string mesh =
     "string filename!, boolean face_normals, boolean flip_tex_coords~, boolean collapse~, " + shape;
+const std::string metal =
+    "string material, color eta, color k, color specular_reflectance, boolean two_sided";
 const std::string fov_axes = fmt::format("{}", fmt::join(Camera::fov_axis_names, "|"));
 
 const std::map<std::string, std::string> grammar = {
@@ -76,8 +78,11 @@ const std::map<std::string, std::string> grammar = {
     {"shape obj", mesh},
     {"shape ply", mesh},
     {"bsdf diffuse", "color reflectance, boolean two_sided"},
-    {"bsdf conductor",
-     "string material, color eta, color k, color specular_reflectance, boolean two_sided"},
+    {"bsdf conductor", metal},
+    {"bsdf roughconductor",
+     "string distribution=ggx, float alpha, float alpha_u, float alpha_v, "
+     "boolean sample_visible~, " +
+         metal},
     {"bsdf dielectric",
      "float int_ior|string int_ior, float ext_ior|string ext_ior, color specular_reflectance, "
      "color specular_transmittance"},

@@ -344,6 +344,26 @@ class Reader {
     return bsdf;
   }
 
+  Bsdf read_rough_conductor(const xml_node& node, bool two_sided) {
+    Bsdf bsdf = read_conductor(node, two_sided);
+    const xml_node u = parameter(node, "alpha_u"), v = parameter(node, "alpha_v");
+    bsdf.alpha = read_positive(node, u ? "alpha_u" : "alpha", 0.1);
+    constexpr double least = 1e-3;  // float has no digits for less
+    if (!(bsdf.alpha >= least && bsdf.alpha <= 1.0)) {
+      file_.refuse(node, fmt::format("alpha must be from {} to 1", least));
+    }
+    if (u && parameter(node, "alpha")) file_.refuse(u, "give either alpha or alpha_u and alpha_v");
+    if (bool(u) != bool(v) || (v && read_positive(node, "alpha_v", 0.1) != bsdf.alpha)) {
+      file_.refuse(node, "supported: alpha_u and alpha_v that are the same");
+    }
+    if (!parameter(node, "distribution")) {
+      file_.refuse(node,
+                   "is Beckmann's in Mitsuba; supported: "
+                   R"(<string name="distribution" value="ggx"/>)");
+    }
+    return bsdf;
+  }
+
   // A number or a name.
   double read_index(const xml_node& parent, const char* name, const char* missing) {
     const xml_node node = parameter(parent, name);
@@ -368,6 +388,7 @@ class Reader {
       return {.reflectance = read_color(node, "reflectance", 0.5, 1.0), .two_sided = two_sided};
     }
     if (type == "conductor") return read_conductor(node, two_sided);
+    if (type == "roughconductor") return read_rough_conductor(node, two_sided);
     if (type == "dielectric") return read_dielectric(node);
     const xml_node nested = node.child("bsdf");
     if (type_of(nested) == type) {

@@ -27,6 +27,12 @@ inline Bsdf metal(const Rgb& eta, const Rgb& k) {
   return {.kind = Bsdf::Kind::conductor, .reflectance = Rgb(1.0), .eta = eta, .k = k};
 }
 
+inline Bsdf rough_metal(double alpha, const Rgb& eta, const Rgb& k) {
+  Bsdf bsdf = metal(eta, k);
+  bsdf.alpha = alpha;
+  return bsdf;
+}
+
 inline Bsdf glass(double ior) {
   return {.kind = Bsdf::Kind::dielectric, .reflectance = Rgb(1.0), .two_sided = true, .ior = ior};
 }

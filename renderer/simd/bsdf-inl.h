@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// How surfaces scatter light: Lambert's BSDF, mirrors and metals, glass.
+// How surfaces scatter light: Lambert's BSDF, mirrors and metals, smooth or rough, and
+// glass.
 #include "renderer/simd/warp-inl.h"
 
 #if defined(PLUMB_SIMD_BSDF_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -46,16 +47,18 @@ HWY_INLINE Fresnel<D> fresnel_of_glass(Real<D> cosine, Real<D> n) {
   return {R(0.5f) * fma(across, across, in_plane * in_plane), beyond / n};
 }
 
-// Of a metal with the refractive index eta + i k (Born and Wolf, Principles of Optics,
-// section 14.2, where a and b are n and kappa of equation 14.2(11) times the metal's cosine).
+// Of a metal with the refractive index eta + i k; 1 where both are 0 (Born and Wolf, Principles of
+// Optics, section 14.2, where a and b are n and kappa of equation 14.2(11) times the metal's
+// cosine).
 template <class D>
 HWY_INLINE Real<D> fresnel_of_metal(Real<D> cosine, Real<D> eta, Real<D> k) {
   using R = Real<D>;
   const R cc = cosine * cosine, ss = max(R(1) - cc, R(0));
   const R p = fma(eta, eta, -fma(k, k, ss)), q = (eta + eta) * k;
-  const R sum = sqrt(fma(p, p, q * q));  // a^2 + b^2, and p is a^2 - b^2
+  // a^2 + b^2, and p is a^2 - b^2. Not 0, for what has no index.
+  const R sum = max(sqrt(fma(p, p, q * q)), R(1e-20f));
   // The one of both sums that does not cancel.
-  const R larger = sum + abs(p), other = select(larger > R(0), q * q / larger, R(0));
+  const R larger = sum + abs(p), other = q * q / larger;
   const R a = sqrt(R(0.5f) * select(p > R(0), larger, other));
   const R twice = (a + a) * cosine;
   const R across = ((sum + cc) - twice) / ((sum + cc) + twice);
@@ -70,66 +73,135 @@ HWY_INLINE V3<D> fresnel_of_metal(Real<D> cosine, V3<D> eta, V3<D> k) {
           fresnel_of_metal(cosine, eta.z, k.z)};
 }
 
+// A metal that consists of tiny mirrors, the directions of whose normals have the GGX distribution
+// (Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007); what of
+// them hides others is Smith's, for both directions by itself. Cosines are to the surface's normal.
+template <class D>
+struct Microfacets {
+  Real<D> alpha;
+
+  // The share of the mirrors that is seen at that cosine.
+  HWY_INLINE Real<D> visible(Real<D> cosine) const {
+    using R = Real<D>;
+    const R aa = alpha * alpha;
+    return (cosine + cosine) / (cosine + sqrt(fma(fma(-aa, cosine, cosine), cosine, aa)));
+  }
+
+  // Their density, with respect to solid angle, at that half vector.
+  HWY_INLINE Real<D> distribution(V3<D> normal, V3<D> half) const {
+    using R = Real<D>;
+    const R cosine = dot(normal, half), aa = alpha * alpha;
+    const V3<D> aside = fma(normal, -cosine, half);  // keeps the digits of a small sine
+    const R spread = fma(aa, cosine * cosine, dot(aside, aside));
+    return aa * R::inverse_pi() / (spread * spread);
+  }
+
+  // A half vector of those that are seen from `view` (Dupuy and Benyoub, "Sampling Visible GGX
+  // Normals with Spherical Caps", HPG 2023).
+  HWY_INLINE V3<D> sample(V3<D> normal, V3<D> view, Real<D> u, Real<D> v) const {
+    using R = Real<D>;
+    const Frame<D> axes = frame_around(normal);
+    const V3<D> stretched =
+        normalize(V3<D>(dot(axes.x, view) * alpha, dot(axes.y, view) * alpha, dot(normal, view)));
+    const R z = fma(R(1) - v, R(1) + stretched.z, -stretched.z);
+    const R sine = sqrt(max(fma(-z, z, R(1)), R(0))), angle = u * (R::pi() + R::pi());
+    const V3<D> half = V3<D>(sine * cos(angle), sine * sin(angle), z) + stretched;
+    return normalize(fma(axes.x, half.x * alpha, fma(axes.y, half.y * alpha, normal * half.z)));
+  }
+};
+
 // The BSDF at the point of a surface that each lane is at. All directions are of unit length and
 // lead away from the point, but `incident`, which is the path's and leads to it from the camera.
-// The other side of the surface gets nothing: eval() and pdf() are negative there, and callers
+// The other side of the surface gets nothing: eval() and pdf() are not above 0 there, and callers
 // leave such directions out.
 //
-// A BSDF's value f is in 1 / sr. Each f here is the reflectance, which has a colour, times a
-// number:
+// A BSDF's value f is in 1 / sr. Each f here is a colour times a number:
 //
 //   diffuse   f = reflectance / pi
 //   mirror    f = reflectance * (a Dirac delta at the reflected direction) / cosine
 //   glass     f = fresnel * reflectance * (the same), and for the other side
 //             (1 - fresnel) * transmittance / n^2 * (a delta at the refracted direction) / cosine
+//   rough     f = fresnel * reflectance * distribution * visible * visible / (4 * cosine * cosine)
 template <class D>
 struct BsdfLanes {
-  V3<D> normal;       // on the side from which the path came
-  V3<D> reflectance;  // of metals what they show at the path's angle; of glass 1
-  Bool<D> is_mirror;
-  Bool<D> is_glass;
-  bool has_mirrors, has_glass;  // whether any lane may see them
-  Real<D> n;                    // of glass: the refractive index beyond, in that on this side
-  V3<D> gloss, transmittance;   // of glass: what multiplies the light that each way brings
+  using R = Real<D>;
 
-  // Whether light is scattered in single directions alone.
+  V3<D> normal;  // on the side from which the path came
+  V3<D> incident;
+  V3<D> reflectance;  // of smooth metals what they show at the path's angle; of glass 1
+  Bool<D> is_mirror, is_glass, is_rough;
+  bool has_mirrors, has_glass, has_rough;  // whether any lane may see them
+  R n;                                     // of glass: the index beyond, in that on this side
+  V3<D> gloss, transmittance;  // of glass: what multiplies the light that each way brings
+  Microfacets<D> facets;       // of rough metals, as these two
+  V3<D> eta, k;
+
+  // Whether light is scattered in single directions alone. Not for these are the next three.
   HWY_INLINE Bool<D> is_specular() const { return is_mirror | is_glass; }
 
-  // f * cosine / reflectance, the cosine being that of `direction`. Not for specular surfaces.
-  HWY_INLINE Real<D> eval(V3<D> direction) const {
-    return dot(normal, direction) * Real<D>::inverse_pi();
+  // What multiplies the number that makes f.
+  HWY_INLINE V3<D> colour(V3<D> direction) const {
+    if (!has_rough) return reflectance;
+    const R cosine = max(dot(half(direction), direction), R(0));
+    return select(is_rough, reflectance * fresnel_of_metal(cosine, eta, k), reflectance);
   }
 
-  // The density of `direction` in sample(). Not for specular surfaces.
-  HWY_INLINE Real<D> pdf(V3<D> direction) const {
-    return dot(normal, direction) * Real<D>::inverse_pi();
+  // f * cosine / colour, the cosine being that of `direction`.
+  HWY_INLINE R eval(V3<D> direction) const {
+    const R cosine = dot(normal, direction), diffuse = cosine * R::inverse_pi();
+    if (!has_rough) return diffuse;
+    const R rough = pdf(direction) * facets.visible(max(cosine, R(0)));
+    return select(is_rough, rough, diffuse);
   }
 
-  // A direction in proportion to f * cosine, from u and v in the unit square.
-  HWY_INLINE BsdfSample<D> sample(V3<D> incident, Real<D> u, Real<D> v) const {
-    return specular_or(incident, u, sample_cosine_hemisphere(frame_around(normal), u, v));
+  // The density of `direction` in sample().
+  HWY_INLINE R pdf(V3<D> direction) const {
+    const R cosine = dot(normal, direction), diffuse = cosine * R::inverse_pi();
+    if (!has_rough) return diffuse;
+    const R seen = max(-dot(normal, incident), R(1e-10f));
+    const R rough =
+        facets.distribution(normal, half(direction)) * facets.visible(seen) / (R(4) * seen);
+    return select(is_rough, select(cosine > R(0), rough, R(0)), diffuse);
+  }
+
+  // A direction in proportion to f * cosine, of rough metals nearly, from u and v in the unit
+  // square.
+  HWY_INLINE BsdfSample<D> sample(R u, R v) const {
+    return other_or(u, v, sample_cosine_hemisphere(frame_around(normal), u, v));
   }
 
   // f * cosine / pdf of the directions that sample() takes, but for the sample's factor. A diffuse
   // surface's is (reflectance / pi) * cosine / (cosine / pi), a mirror's the same by the delta.
   HWY_INLINE V3<D> weight() const { return reflectance; }
 
-  // A specular surface's sample; where it is diffuse, that of the direction `scattered`.
-  HWY_INLINE BsdfSample<D> specular_or(V3<D> incident, Real<D> u, V3<D> scattered) const {
-    using R = Real<D>;
-    BsdfSample<D> sample{scattered, pdf(scattered), V3<D>(R(1))};
+  // The sample; where the surface is diffuse, that of the direction `scattered`.
+  HWY_INLINE BsdfSample<D> other_or(R u, R v, V3<D> scattered) const {
+    BsdfSample<D> sample{scattered, R(0), V3<D>(R(1))};
+    if (has_rough && is_rough.any()) reflect_roughly(u, v, sample);
+    sample.pdf = pdf(sample.direction);
     if (!has_mirrors && !has_glass) return sample;
     const R twice = R(-2) * dot(normal, incident);
     sample.direction =
         select(is_specular(), normalize(fma(normal, twice, incident)), sample.direction);
     sample.pdf = select(is_specular(), R(delta<hn::TFromD<D>>), sample.pdf);
-    if (has_glass && is_glass.any()) go_through(incident, u, sample);
+    if (has_glass && is_glass.any()) go_through(u, sample);
     return sample;
   }
 
+  HWY_INLINE V3<D> half(V3<D> direction) const { return normalize(direction - incident); }
+
+  HWY_INLINE void reflect_roughly(R u, R v, BsdfSample<D>& sample) const {
+    const V3<D> mirror = facets.sample(normal, -incident, u, v);
+    const V3<D> direction = normalize(fma(mirror, R(-2) * dot(mirror, incident), incident));
+    sample.direction = select(is_rough, direction, sample.direction);
+    const R cosine = max(dot(normal, direction), R(0));
+    const R facing = max(dot(mirror, direction), R(0));
+    const V3<D> factor = fresnel_of_metal(facing, eta, k) * facets.visible(cosine);
+    sample.factor = select(is_rough, factor, sample.factor);
+  }
+
   // Takes Fresnel's reflectance as the chance of reflection; Snell's law says where the rest goes.
-  HWY_INLINE void go_through(V3<D> incident, Real<D> u, BsdfSample<D>& sample) const {
-    using R = Real<D>;
+  HWY_INLINE void go_through(R u, BsdfSample<D>& sample) const {
     const R cosine = max(-dot(normal, incident), R(1e-10f));
     const Fresnel<D> fresnel = fresnel_of_glass(cosine, n);
     const R inverse = R(1) / n;
@@ -137,8 +209,8 @@ struct BsdfLanes {
     const Bool<D> through = is_glass & (u >= fresnel.reflectance);
     sample.direction =
         select(through, normalize(fma(incident, inverse, normal * along_normal)), sample.direction);
-    sample.factor = select(is_glass, gloss, sample.factor);
-    sample.factor = select(through, transmittance * (inverse * inverse), sample.factor);
+    const V3<D> factor = select(through, transmittance * (inverse * inverse), gloss);
+    sample.factor = select(is_glass, factor, sample.factor);
   }
 };
 

@@ -207,8 +207,8 @@ struct Estimator {
   HWY_INLINE Sample<D> draw(Sampler sampler, const SampleIndex<D>& index, Bits<D> pair) const {
     return plumb::HWY_NAMESPACE::draw(sampler, index, pair);
   }
-  HWY_INLINE BsdfSample<D> sample_bsdf(const BsdfLanes<D>& bsdf, V3<D> incident, R u, R v) const {
-    return bsdf.sample(incident, u, v);
+  HWY_INLINE BsdfSample<D> sample_bsdf(const BsdfLanes<D>& bsdf, R u, R v) const {
+    return bsdf.sample(u, v);
   }
   HWY_INLINE LampSample<D> sample_lamp(const Lamp& lamp, V3<D> p, R u, R v) const {
     return plumb::HWY_NAMESPACE::sample_lamp(lamp, p, u, v);
@@ -350,11 +350,10 @@ class Packet {
   }
 
   void scatter(const Sample<D>& sample) {
-    const BsdfSample<D> scattered =
-        estimator_.sample_bsdf(surface_.bsdf, ray_.direction, sample.u, sample.v);
+    const BsdfSample<D> scattered = estimator_.sample_bsdf(surface_.bsdf, sample.u, sample.v);
     ray_.direction = scattered.direction;
     pdf_ = scattered.pdf;
-    if (scene_.has_glass) throughput_ = throughput_ * scattered.factor;
+    if (scene_.has_glass || scene_.has_rough) throughput_ = throughput_ * scattered.factor;
     if (scene_.has_sky) inverse_sky_pdf_ = inverse_sky_pdf(surface_.bsdf.normal, ray_.direction);
   }
 
@@ -424,20 +423,22 @@ class Packet {
   }
 
   HWY_INLINE BsdfLanes<D> bsdf(R id, V3<D> normal, Bool<D> front) const {
-    BsdfLanes<D> bsdf{.normal = normal,
-                      .reflectance = lookup_vector(Table::reflectance, id),
-                      .is_mirror = lookup_flag(scene_.has_mirrors, Table::mirror, id),
-                      .is_glass = Bool<D>::none(),
-                      .has_mirrors = scene_.has_mirrors,
-                      .has_glass = scene_.has_glass,
-                      .n = R(0),
-                      .gloss = normal,
-                      .transmittance = normal};
+    BsdfLanes<D> bsdf{};  // zeros: neither glass nor rough
+    bsdf.normal = normal;
+    bsdf.incident = ray_.direction;
+    bsdf.reflectance = lookup_vector(Table::reflectance, id);
+    bsdf.is_mirror = lookup_flag(scene_.has_mirrors, Table::mirror, id);
+    bsdf.has_mirrors = scene_.has_mirrors;
+    bsdf.has_glass = scene_.has_glass;
+    bsdf.has_rough = scene_.has_rough;
     if (scene_.has_metals) {
+      bsdf.eta = lookup_vector(Table::eta, id);
+      bsdf.k = lookup_vector(Table::k, id);
+      bsdf.facets.alpha = lookup(Table::alpha, id);
+      bsdf.is_rough = bsdf.facets.alpha > R(0);
       const R cosine = max(-dot(normal, ray_.direction), R(0));
-      const V3<D> shown = bsdf.reflectance * fresnel_of_metal(cosine, lookup_vector(Table::eta, id),
-                                                              lookup_vector(Table::k, id));
-      bsdf.reflectance = select(lookup_flag(true, Table::metal, id), shown, bsdf.reflectance);
+      const V3<D> shown = bsdf.reflectance * fresnel_of_metal(cosine, bsdf.eta, bsdf.k);
+      bsdf.reflectance = select(bsdf.is_rough, bsdf.reflectance, shown);
     }
     if (scene_.has_glass) {
       const R ior = lookup(Table::ior, id);
@@ -548,12 +549,12 @@ class Packet {
   void set_direct_light(const PackedLamp<T>& lamp, Bool<D> chosen, R choice,
                         const LampSample<D>& to_lamp) {
     const BsdfLanes<D>& bsdf = surface_.bsdf;
-    const R f_cosine = bsdf.eval(to_lamp.direction);  // over the reflectance
+    const R f_cosine = bsdf.eval(to_lamp.direction);  // over the colour
     R pdf = choice;  // p, then p + q: here and below times inverse_pdf
     if (settings_.method == Method::mis && lamp.kind != PackedLamp<T>::Kind::point) {
       pdf = estimator_.sum_of_pdfs(pdf, bsdf.pdf(to_lamp.direction) * to_lamp.inverse_pdf);
     }
-    const V3<D> radiance = throughput_ * bsdf.reflectance * V3<D>(lamp.radiance) *
+    const V3<D> radiance = throughput_ * bsdf.colour(to_lamp.direction) * V3<D>(lamp.radiance) *
                            (f_cosine * to_lamp.inverse_pdf / pdf);
     // Rounding can put a point of the lamp itself, or of another surface in its plane, before it.
     const Bool<D> apart = surface_.plane != R(lamp.plane);
@@ -611,13 +612,13 @@ class Packet {
     const R emitter_cosine = max(-dot(lamp_normal, way.onward), R(0));
     const R inverse_pdf = R(lamp.area) * emitter_cosine / way.beam.squared_distance(way.to_lamp);
     V3<D> reflectance(mirror.reflectance);
-    if (mirror.is_metal) {
+    if (scene_.has_metals) {
       const V3<D> between = way.onward - way.direction;  // along the mirror's normal
       const R cosine = R(0.5f) * sqrt(dot(between, between));
       reflectance = reflectance * fresnel_of_metal(cosine, V3<D>(mirror.eta), V3<D>(mirror.k));
     }
     const R pdf = estimator_.sum_of_pdfs(R(1), bsdf.pdf(way.direction) * inverse_pdf);
-    return throughput_ * bsdf.reflectance * reflectance * V3<D>(lamp.radiance) *
+    return throughput_ * bsdf.colour(way.direction) * reflectance * V3<D>(lamp.radiance) *
            (max(bsdf.eval(way.direction), R(0)) * inverse_pdf / pdf);
   }
 
