@@ -14,17 +14,18 @@ namespace {
 constexpr double gap = 3e-5;    // float loses less than a tenth of it
 constexpr double close = 1e-7;  // what counts as touching; both in half diagonals of the scene
 
-Imath::Box3d bounds(const Shape& shape) {
+Imath::Box3d bounds(const Mesh& mesh) {
   Imath::Box3d box;
-  if (const auto* sphere = std::get_if<Sphere>(&shape.geometry)) {
-    box.extendBy(sphere->center - Vec3(sphere->radius));
-    box.extendBy(sphere->center + Vec3(sphere->radius));
-    return box;
-  }
-  for (const Polygon& face : std::get<Mesh>(shape.geometry)) {
+  for (const Polygon& face : mesh) {
     for (const Vec3& corner : face.corners) box.extendBy(corner);
   }
   return box;
+}
+
+Imath::Box3d bounds(const Shape& shape) {
+  const auto* sphere = std::get_if<Sphere>(&shape.geometry);
+  if (sphere == nullptr) return bounds(std::get<Mesh>(shape.geometry));
+  return {sphere->center - Vec3(sphere->radius), sphere->center + Vec3(sphere->radius)};
 }
 
 Imath::Box3d grown(const Imath::Box3d& box, double by) {
@@ -47,26 +48,44 @@ bool touch(const Polygon& a, const Polygon& b, double tolerance) {
   return shared.size() >= 3;
 }
 
-// By which the glass must shrink; 1: nothing touches it; not above 0: it is flat.
-double shrinking(const Scene& scene, const Shape& glass, double size) {
-  const Imath::Box3d box = bounds(glass);
-  double factor = 1.0;
-  for (const Shape& other : scene.shapes) {
-    const auto* mesh = std::get_if<Mesh>(&other.geometry);
-    if (&other == &glass || mesh == nullptr) continue;
-    if (!grown(bounds(other), close * size).intersects(box)) continue;
-    for (const Polygon& face : *mesh) {
-      Imath::Box3d face_box;
-      for (const Vec3& corner : face.corners) face_box.extendBy(corner);
-      if (!grown(face_box, close * size).intersects(box)) continue;
-      for (const Polygon& own : std::get<Mesh>(glass.geometry)) {
-        if (!touch(own, face, close * size)) continue;
-        const double depth = std::abs(own.normal().dot(box.center() - own.corners[0]));
-        factor = std::min(factor, 1.0 - gap * size / std::max(depth, 1e-300));
-      }
+// Moves a face inwards and all that is behind it in proportion; by which factor the glass has
+// become thinner along the face's normal. Does nothing where that would be a half or less.
+double make_thinner(Mesh& glass, const Polygon& face, double by) {
+  const Vec3 normal = face.normal();
+  const double front = normal.dot(face.corners[0]);
+  double back = front;
+  for (const Polygon& other : glass) {
+    for (const Vec3& corner : other.corners) back = std::min(back, normal.dot(corner));
+  }
+  const double factor = 1.0 - by / std::max(front - back, by);
+  if (!(factor > 0.5)) return factor;
+  for (Polygon& other : glass) {
+    for (Vec3& corner : other.corners) {
+      corner -= normal * ((1.0 - factor) * (normal.dot(corner) - back));
     }
   }
   return factor;
+}
+
+// The least of the factors by which the glass had to become thinner; 1: nothing touches it.
+double part_from_others(Shape& glass, const std::vector<Shape>& shapes, double size) {
+  const double tolerance = close * size;
+  auto& mesh = std::get<Mesh>(glass.geometry);
+  const Imath::Box3d box = grown(bounds(mesh), tolerance);
+  double least = 1.0;
+  for (const Shape& other : shapes) {
+    const auto* faces = std::get_if<Mesh>(&other.geometry);
+    if (&other == &glass || faces == nullptr || !bounds(*faces).intersects(box)) continue;
+    for (const Polygon& face : *faces) {
+      if (!bounds(Mesh{face}).intersects(box)) continue;
+      for (const Polygon& own : mesh) {
+        if (touch(own, face, tolerance)) {
+          least = std::min(least, make_thinner(mesh, own, gap * size));
+        }
+      }
+    }
+  }
+  return least;
 }
 
 }  // namespace
@@ -77,22 +96,16 @@ std::vector<std::string> leave_air_around_glass(Scene& scene) {
   const double size = box.isEmpty() ? 0.0 : (box.max - box.center()).length();
   std::vector<std::string> notes;
   for (Shape& shape : scene.shapes) {
-    auto* mesh = std::get_if<Mesh>(&shape.geometry);
-    if (mesh == nullptr || shape.bsdf.kind != Bsdf::Kind::dielectric) continue;
-    const double factor = shrinking(scene, shape, size);
+    const bool is_mesh = std::holds_alternative<Mesh>(shape.geometry);
+    if (!is_mesh || shape.bsdf.kind != Bsdf::Kind::dielectric) continue;
+    const double factor = part_from_others(shape, scene.shapes, size);
     if (factor == 1.0) continue;
     const std::string who =
         fmt::format("the glass {}touches another surface", shape.id.empty() ? "" : shape.id + " ");
-    if (!(factor > 0.5)) {
-      notes.push_back(who + ", and which of them light meets first is undefined: move one");
-      continue;
-    }
-    const Vec3 middle = bounds(shape).center();
-    for (Polygon& face : *mesh) {
-      for (Vec3& corner : face.corners) corner = middle + (corner - middle) * factor;
-    }
-    notes.push_back(
-        fmt::format("{}: it is drawn smaller by {:.2g}, with air in between", who, 1.0 - factor));
+    notes.push_back(factor > 0.5
+                        ? fmt::format("{}: it is drawn thinner by {:.2g} %, with air in between",
+                                      who, 100.0 * (1.0 - factor))
+                        : who + ", and which of them light meets first is undefined: move one");
   }
   return notes;
 }

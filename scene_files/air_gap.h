@@ -12,9 +12,9 @@ namespace plumb {
 
 // Where light goes that leaves a block of glass towards the floor on which it stands is undefined:
 // floor and glass are met at the same distance. So each mesh of glass a face of which touches
-// another shape's shrinks around its middle, until there is air in between, 3e-5 of the scene's
-// half diagonal thick. Returns a line on each mesh that has become smaller or, being flat itself,
-// could not.
+// another shape's becomes thinner there, until there is air in between, 3e-5 of the scene's half
+// diagonal thick; what is behind the face moves in proportion, so that flat faces stay flat.
+// Returns a line on each mesh that has changed or, being as thin as that itself, could not.
 std::vector<std::string> leave_air_around_glass(Scene& scene);
 
 }  // namespace plumb

@@ -55,10 +55,13 @@ std::optional<double> refractive_index(const std::string& name) {
 }
 
 std::optional<std::pair<Rgb, Rgb>> complex_refractive_index(const std::string& name) {
-  constexpr std::string_view source = "_palik";
+  // All but these were measured by Palik, who may be named.
+  constexpr std::string_view source = "_palik", others[] = {"a-C", "Ag", "Al", "Au", "Cr", "W"};
   const auto* found = std::ranges::find(metals, name, &Metal::name);
   if (found == std::end(metals) && name.ends_with(source)) {
-    found = std::ranges::find(metals, name.substr(0, name.size() - source.size()), &Metal::name);
+    const std::string metal = name.substr(0, name.size() - source.size());
+    if (std::ranges::count(others, metal) == 0)
+      found = std::ranges::find(metals, metal, &Metal::name);
   }
   if (found == std::end(metals)) return {};
   const auto rgb = [](const double(&v)[3]) { return Rgb(v[0], v[1], v[2]); };

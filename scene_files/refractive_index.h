@@ -14,7 +14,8 @@ namespace plumb {
 // Of what is transparent, in vacuum, such as "water". Upper and lower case are the same.
 std::optional<double> refractive_index(const std::string& name);
 
-// Eta and k of a metal, such as "Au", in linear RGB. A name may end with "_palik".
+// Eta and k of a metal, such as "Au", in linear RGB. A name may end with "_palik"
+// where Mitsuba knows it so.
 std::optional<std::pair<Rgb, Rgb>> complex_refractive_index(const std::string& name);
 
 // "air, water, ...", for messages.

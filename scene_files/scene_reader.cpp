@@ -281,13 +281,13 @@ class Reader {
     if (type_of(node) == "uniform") return Rgb(read_number(node, "value", 1.0));
     if (type_of(node) == "d65") {
       const xml_node color = parameter(node, "color");
-      return (color ? read_color(color, true) : Rgb(1.0)) * scale;
+      return (color ? read_color(color, true, 1.0) : Rgb(1.0)) * scale;
     }
     file_.note(node, "by Planck's law, in W / (m^2 sr nm); Mitsuba's rgb variants refuse it");
     return emission_of(black_body(read_positive(node, "temperature", 5000.0))) * scale;
   }
 
-  Rgb read_color(const xml_node& node, bool is_emission) {
+  Rgb read_color(const xml_node& node, bool is_emission, double highest) {
     const std::string value = node.attribute("value").value();
     if (node.name() != std::string_view("spectrum")) {
       if (value.starts_with('#')) file_.refuse(node, "write linear values: value=\"r, g, b\"");
@@ -301,7 +301,7 @@ class Reader {
       return {numbers[0], numbers[1], numbers[2]};
     }
     const Spectrum spectrum = read_spectrum(node);
-    const Rgb rgb = is_emission ? emission_of(spectrum) : reflectance_of(spectrum);
+    const Rgb rgb = is_emission ? emission_of(spectrum) : reflectance_of(spectrum, highest);
     file_.note(node,
                fmt::format("taken as rgb {:.6g}, {:.6g}, {:.6g}, as Mitsuba's rgb variants do",
                            rgb.x, rgb.y, rgb.z));
@@ -312,7 +312,7 @@ class Reader {
     const xml_node node = parameter(parent, name);
     if (!node) return Rgb(missing);
     const std::string_view meaning = name;
-    const Rgb rgb = read_color(node, meaning == "radiance" || meaning == "intensity");
+    const Rgb rgb = read_color(node, meaning == "radiance" || meaning == "intensity", highest);
     if (std::min({rgb.x, rgb.y, rgb.z}) >= 0.0 && std::max({rgb.x, rgb.y, rgb.z}) <= highest) {
       return rgb;
     }
@@ -367,9 +367,10 @@ class Reader {
   // A number or a name.
   double read_index(const xml_node& parent, const char* name, const char* missing) {
     const xml_node node = parameter(parent, name);
-    if (node && node.name() != std::string_view("string")) return read_positive(parent, name, 1.0);
+    if (node.name() == std::string_view("float")) return read_positive(parent, name, 1.0);
     const auto index = refractive_index(node.attribute("value").as_string(missing));
-    if (!index) file_.refuse(node, "must be a number or one of " + names_of_transparent());
+    if (!index)
+      file_.refuse(node, "must be a <float> or, as a <string>, one of " + names_of_transparent());
     return index.value_or(1.0);
   }
 

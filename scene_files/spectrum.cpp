@@ -61,10 +61,10 @@ Rgb integrate(const std::function<double(double)>& spectrum) {
 
 }  // namespace
 
-Rgb reflectance_of(const Spectrum& spectrum) {
+Rgb reflectance_of(const Spectrum& spectrum, double highest) {
   Rgb rgb = integrate(
       [&](double w) { return at(spectrum, w) * tabulated(&CieRow::d65, w) / d65_luminance; });
-  for (int c = 0; c < 3; ++c) rgb[c] = std::clamp(rgb[c], 0.0, 1.0);
+  for (int c = 0; c < 3; ++c) rgb[c] = std::clamp(rgb[c], 0.0, highest);
   return rgb;
 }
 

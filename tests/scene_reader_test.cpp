@@ -326,6 +326,181 @@ TEST_F(SceneReader, ReadsAConductor) {
   EXPECT_EQ(bsdf.reflectance, Rgb(0.9));
 }
 
+TEST_F(SceneReader, ReadsMetals) {
+  const auto read_metal = [&](const std::string& inside) {
+    return read_shape("sphere", R"(<bsdf type="conductor">)" + inside + "</bsdf>").bsdf;
+  };
+  const auto of_material = [&](const std::string& name) {
+    return read_metal(R"(<string name="material" value=")" + name + "\"/>");
+  };
+  const Bsdf mirror = read_metal("");
+  EXPECT_EQ(mirror.kind, Bsdf::Kind::conductor);
+  EXPECT_FALSE(mirror.is_metal());
+  EXPECT_EQ(mirror.reflectance, Rgb(1.0));
+  // Values of Mitsuba 3.9.1, traverse(load_dict(...)).
+  const Bsdf gold = of_material("Au");
+  EXPECT_EQ(gold.eta, Rgb(0.143036, 0.375307, 1.44205));
+  EXPECT_EQ(gold.k, Rgb(3.983, 2.38556, 1.60336));
+  EXPECT_EQ(gold.reflectance, Rgb(1.0));
+  EXPECT_EQ(of_material("Cu").eta, Rgb(0.201005, 0.92375, 1.10222));
+  EXPECT_EQ(of_material("Cu_palik").eta, Rgb(0.213229, 0.919715, 1.10241));
+  EXPECT_EQ(of_material("Hg_palik").k, of_material("Hg").k);
+  // What is missing of the two is as in Mitsuba.
+  const std::string none = R"(<string name="material" value="none"/>)";
+  EXPECT_EQ(read_metal(none + R"(<rgb name="eta" value="1, 2, 3"/>)").eta, Rgb(1, 2, 3));
+  EXPECT_EQ(read_metal(R"(<float name="eta" value="2"/>)").k, Rgb(1.0));
+  EXPECT_EQ(read_metal(R"(<integer name="k" value="2"/>)").k, Rgb(2.0));
+  EXPECT_EQ(read_metal(R"(<spectrum name="k" value="2"/>)").eta, Rgb(0.0));
+  const Rgb spectrum = read_metal(R"(<spectrum name="eta" value="400:2, 500:2.5, 700:3"/>)").eta;
+  EXPECT_LT((spectrum - Rgb(2.83552, 2.61643, 2.21175)).length(), 1e-5);
+}
+
+TEST_F(SceneReader, ReadsGlass) {
+  const auto read_glass = [&](const std::string& inside) {
+    return read_shape("sphere", R"(<bsdf type="dielectric">)" + inside + "</bsdf>").bsdf;
+  };
+  const Bsdf plain = read_glass("");
+  EXPECT_EQ(plain.kind, Bsdf::Kind::dielectric);
+  EXPECT_EQ(plain.ior, 1.5046 / 1.000277);  // bk7 in air
+  EXPECT_EQ(plain.reflectance, Rgb(1.0));
+  EXPECT_EQ(plain.transmittance, Rgb(1.0));
+  EXPECT_TRUE(plain.two_sided);
+  const std::string one = R"(<float name="ext_ior" value="1"/>)";
+  EXPECT_EQ(read_glass(one + R"(<float name="int_ior" value="1.3"/>)").ior, 1.3);
+  EXPECT_EQ(read_glass(one + R"(<string name="int_ior" value="WATER"/>)").ior, 1.333);
+  EXPECT_EQ(read_glass(one + R"(<string name="int_ior" value="Water Ice"/>)").ior, 1.31);
+  EXPECT_EQ(read_glass(R"(<string name="int_ior" value="vacuum"/>)"
+                       R"(<string name="ext_ior" value="diamond"/>)")
+                .ior,
+            1.0 / 2.419);
+  const Bsdf tinted = read_glass(R"(<rgb name="specular_reflectance" value="0.5, 0.6, 0.7"/>)"
+                                 R"(<float name="specular_transmittance" value="0.25"/>)");
+  EXPECT_EQ(tinted.reflectance, Rgb(0.5, 0.6, 0.7));
+  EXPECT_EQ(tinted.transmittance, Rgb(0.25));
+}
+
+TEST_F(SceneReader, TurnsGlassInsideOut) {
+  const std::string water = R"(<boolean name="flip_normals" value="true"/>)"
+                            R"(<bsdf type="dielectric"><float name="int_ior" value="1.25"/>)"
+                            R"(<float name="ext_ior" value="1"/></bsdf>)";
+  EXPECT_EQ(read_shape("sphere", water).bsdf.ior, 0.8);
+  const Shape cube = read_shape("cube", water);
+  EXPECT_EQ(cube.bsdf.ior, 1.25);
+  const Polygon& face = std::get<Mesh>(cube.geometry)[0];
+  expect_near(face.corners[0] + face.corners[2], face.normal() * -2.0);
+}
+
+// Glass that touches something. The scenes' half diagonals are those of the floor and the glass.
+
+class AirGap : public SceneReader {
+ protected:
+  static std::string box(const std::string& type, const std::string& steps,
+                         const std::string& bsdf) {
+    return fmt::format(R"(<shape type="{}"{}><transform name="to_world">{}</transform>)"
+                       R"(<bsdf type="{}"/></shape>)",
+                       type, steps.empty() ? R"( id="one")" : "", steps, bsdf);
+  }
+  static double lowest(const Shape& shape, int axis) {
+    double low = 1e9;
+    for (const Polygon& face : std::get<Mesh>(shape.geometry)) {
+      for (const Vec3& corner : face.corners) low = std::min(low, corner[axis]);
+    }
+    return low;
+  }
+  static double highest(const Shape& shape, int axis) {
+    double high = -1e9;
+    for (const Polygon& face : std::get<Mesh>(shape.geometry)) {
+      for (const Vec3& corner : face.corners) high = std::max(high, corner[axis]);
+    }
+    return high;
+  }
+};
+
+const std::string floor_below =
+    R"(<scale value="3"/><rotate x="1" angle="-90"/><translate y="-1"/>)";
+
+TEST_F(AirGap, LiftsGlassFromTheFloorAndMovesNothingElse) {
+  const Scene scene =
+      read(box("rectangle", floor_below, "diffuse") + box("cube", "", "dielectric"));
+  const Shape& glass = scene.shapes[1];
+  const double gap = 3e-5 * Vec3(3, 1, 3).length();
+  EXPECT_NEAR(lowest(glass, 1), -1.0 + gap, 1e-12);
+  EXPECT_EQ(highest(glass, 1), 1.0);
+  for (const int axis : {0, 2}) {
+    EXPECT_EQ(lowest(glass, axis), -1.0);
+    EXPECT_EQ(highest(glass, axis), 1.0);
+  }
+  EXPECT_EQ(lowest(scene.shapes[0], 1), highest(scene.shapes[0], 1));
+  ASSERT_EQ(scene.notes.size(), 1u);
+  EXPECT_TRUE(
+      scene.notes[0].ends_with("the glass one touches another surface: it is drawn thinner "
+                               "by 0.0065 %, with air in between"))
+      << scene.notes[0];
+}
+
+TEST_F(AirGap, KeepsAThinPaneAsWideAsItIs) {
+  const std::string thin = R"(<scale y="0.001"/><translate y="-0.999"/>)";
+  const Scene scene =
+      read(box("rectangle", floor_below, "diffuse") + box("cube", thin, "dielectric"));
+  EXPECT_EQ(highest(scene.shapes[1], 0), 1.0);
+  EXPECT_GT(lowest(scene.shapes[1], 1), -1.0 + 1e-4);
+  EXPECT_EQ(scene.notes.size(), 1u);
+}
+
+TEST_F(AirGap, PartsTwoBlocksOfGlassByMakingOneThinner) {
+  const Scene scene = read(box("cube", "", "dielectric") +
+                           box("cube", R"(<translate x="2" y="0.5"/>)", "dielectric"));
+  EXPECT_LT(highest(scene.shapes[0], 0), 1.0 - 5e-5);
+  EXPECT_EQ(lowest(scene.shapes[0], 0), -1.0);
+  EXPECT_EQ(lowest(scene.shapes[1], 0), 1.0);
+  EXPECT_EQ(scene.notes.size(), 1u);
+}
+
+TEST_F(AirGap, IsMadeOnAllSidesThatTouch) {
+  const Scene scene =
+      read(box("cube", "", "dielectric") + box("cube", R"(<scale value="1"/>)", "diffuse"));
+  for (const int axis : {0, 1, 2}) {
+    EXPECT_GT(lowest(scene.shapes[0], axis), -1.0 + 4e-5);
+    EXPECT_LT(highest(scene.shapes[0], axis), 1.0 - 4e-5);
+  }
+  EXPECT_EQ(scene.notes.size(), 1u);
+}
+
+TEST_F(AirGap, KeepsFacesThatAreAslantFlat) {
+  const std::string turn = R"(<rotate value="0.6 0.8 0" angle="40"/>)";
+  const Scene scene =
+      read(box("rectangle", floor_below + turn, "diffuse") + box("cube", turn, "dielectric"));
+  for (const Polygon& face : std::get<Mesh>(scene.shapes[1].geometry)) {
+    EXPECT_TRUE(face.is_parallelogram());
+  }
+  EXPECT_EQ(scene.notes.size(), 1u);
+}
+
+TEST_F(AirGap, CannotBeMadeOfAPaneWithoutThickness) {
+  const Scene scene = read(box("rectangle", R"(<scale value="2"/>)", "diffuse") +
+                           box("rectangle", "", "dielectric"));
+  EXPECT_EQ(highest(scene.shapes[1], 2), 0.0);
+  ASSERT_EQ(scene.notes.size(), 1u);
+  EXPECT_TRUE(
+      scene.notes[0].ends_with("the glass one touches another surface, and which of them "
+                               "light meets first is undefined: move one"))
+      << scene.notes[0];
+}
+
+TEST_F(AirGap, IsNotMadeWhereNothingTouches) {
+  const std::string above = R"(<translate y="0.001"/>)", sunk = R"(<translate y="-0.1"/>)";
+  for (const std::string& glass :
+       {box("cube", above, "dielectric"), box("cube", sunk, "dielectric"),
+        box("sphere", "", "dielectric"), box("cube", "", "conductor"),
+        // Edge to edge
+        box("cube", R"(<translate x="-4"/>)", "dielectric"),
+        box("rectangle", R"(<scale y="0.1"/><translate y="-0.9"/>)", "dielectric")}) {
+    EXPECT_EQ(read(box("rectangle", floor_below, "diffuse") + glass).notes,
+              std::vector<std::string>{})
+        << glass;
+  }
+}
+
 TEST_F(SceneReader, ReadsTwoSidedBsdfs) {
   const Bsdf matte =
       read_shape("cube", R"(<bsdf type="twosided">)" + diffuse("0.2") + "</bsdf>").bsdf;
@@ -441,8 +616,9 @@ std::string told(const Scene& scene) {
   text << std::hexfloat << c.origin << c.forward << c.right << c.up << c.fov_degrees << c.width
        << ' ' << c.height << int(c.fov_axis) << int(c.filter.kind) << c.filter.size << '\n';
   for (const Shape& shape : scene.shapes) {
-    text << shape.id << int(shape.bsdf.kind) << shape.bsdf.reflectance << shape.bsdf.two_sided
-         << shape.radiance;
+    const Bsdf& bsdf = shape.bsdf;
+    text << shape.id << int(bsdf.kind) << bsdf.reflectance << bsdf.two_sided << bsdf.eta << bsdf.k
+         << bsdf.ior << bsdf.transmittance << shape.radiance;
     if (const auto* ball = std::get_if<Sphere>(&shape.geometry)) {
       text << ball->center << ball->radius;
     } else {
@@ -471,7 +647,7 @@ std::map<std::string, std::string> files_of(const fs::path& folder) {
 }
 
 TEST(FilesInMemory, HoldTheSameScenesAsOnADisk) {
-  for (const char* name : {"cornell", "seed"}) {
+  for (const char* name : {"cornell", "seed", "spheres", "metals"}) {
     const fs::path folder = fs::path(PLUMB_SCENES) / name;
     FilesInMemory files(files_of(folder));
     const Scene scene = read_scene("scene.xml", files);
@@ -645,18 +821,11 @@ TEST_F(SceneReaderRefuses, BadObjFiles) {
 
 TEST_F(SceneReaderRefuses, OtherBsdfsLampsAndReferences) {
   const std::string lamp = R"(<emitter type="area"><rgb name="radiance" value="1"/></emitter>)";
-  const std::string none = R"(<string name="material" value="none"/>)";
   expect_all(
       sensor, "",
       {
           {R"(<bsdf type="plastic"/>)",
-           R"(<bsdf type="plastic">: unknown type; supported: conductor, diffuse, two_sided, )"},
-          {R"(<bsdf type="conductor"><string name="material" value="Au"/></bsdf>)",
-           "supported: none; a perfect mirror is"},
-          {R"(<bsdf type="conductor"><rgb name="eta" value="1"/></bsdf>)", "eta is not supported"},
-          {R"(<bsdf type="conductor">)" + none +
-               R"(<rgb name="specular_reflectance" value="2"/></bsdf>)",
-           "from 0 to 1"},
+           R"(<bsdf type="plastic">: unknown type; supported: conductor, dielectric, diffuse, )"},
           {R"(<bsdf type="twosided"/>)", "bsdf is missing"},
           {R"(<bsdf type="twosided" id="a"><ref id="a"/></bsdf>)", "refers to what it stands in"},
           {R"(<bsdf type="twosided" id="a"><ref id="b"/></bsdf><bsdf type="twosided" id="b">)"
@@ -688,6 +857,52 @@ TEST_F(SceneReaderRefuses, OtherBsdfsLampsAndReferences) {
     expect_all(sensor + R"(<shape type="cube"><emitter type="area">)", "</emitter></shape>",
                {{R"(<rgb name="radiance" value=")" + value + "\"/>", value}});
   }
+}
+
+TEST_F(SceneReaderRefuses, OtherMetals) {
+  const std::string gold = R"(<string name="material" value="Au"/>)";
+  expect_all(sensor + R"(<bsdf type="conductor">)", "</bsdf>",
+             {
+                 {R"(<string name="material" value="gold"/>)", "supported: none, a-C, Ag, "},
+                 {R"(<string name="material" value="au"/>)", "supported: none, a-C, Ag, "},
+                 {R"(<string name="material" value="Au_palik"/>)", "supported: none, a-C, Ag, "},
+                 {gold + R"(<rgb name="k" value="1"/>)", "either material or eta and k"},
+                 {gold + R"(<rgb name="eta" value="1"/>)", "either material or eta and k"},
+                 {gold + gold, "material is given twice"},
+                 {R"(<rgb name="eta" value="1, -1, 1"/>)", "must be from 0 to 1000"},
+                 {R"(<rgb name="k" value="1001"/>)", "must be from 0 to 1000"},
+                 {R"(<rgb name="specular_reflectance" value="2"/>)", "must be from 0 to 1"},
+                 {R"(<float name="alpha" value="0.1"/>)", "alpha is not supported here"},
+                 {R"(<float name="int_ior" value="1.5"/>)", "int_ior is not supported here"},
+             });
+  expect_all(sensor, "",
+             {{R"(<bsdf type="conductor"><float name="eta" value="0"/><float name="k" value="0"/>)"
+               "</bsdf>",
+               "eta and k are both 0"}});
+}
+
+TEST_F(SceneReaderRefuses, OtherGlass) {
+  const std::string index = R"(<float name="int_ior" value="1.5"/>)";
+  const std::string known = "must be a <float> or, as a <string>, one of vacuum, helium, ";
+  expect_all(
+      sensor + R"(<bsdf type="dielectric">)", "</bsdf>",
+      {
+          {R"(<string name="int_ior" value="glass"/>)", known},
+          {R"(<string name="ext_ior" value="1.5"/>)", known},
+          {R"(<integer name="int_ior" value="2"/>)", known},
+          {R"(<float name="int_ior" value="0"/>)", "must be positive"},
+          {R"(<float name="ext_ior" value="-1"/>)", "must be positive"},
+          {R"(<float name="ext_ior" value="inf"/>)", "finite number"},
+          {R"(<rgb name="int_ior" value="1.5"/>)", "int_ior is not supported here"},
+          {index + R"(<string name="int_ior" value="water"/>)", "is given twice"},
+          {R"(<rgb name="specular_reflectance" value="1.1"/>)", "must be from 0 to 1"},
+          {R"(<rgb name="specular_transmittance" value="1, 1, -1"/>)", "must be from 0 to 1"},
+          {R"(<string name="material" value="water"/>)", "material is not supported here"},
+          {R"(<float name="alpha" value="0.1"/>)", "alpha is not supported here"},
+      });
+  expect_all(sensor, "",
+             {{R"(<bsdf type="twosided"><bsdf type="dielectric"/></bsdf>)",
+               "glass has two sides already"}});
 }
 
 TEST_F(SceneReaderRefuses, BadTransforms) {
