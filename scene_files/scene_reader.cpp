@@ -333,13 +333,17 @@ class Reader {
       if (!parameter(node, "eta") && !parameter(node, "k")) return bsdf;
       bsdf.eta = read_color(node, "eta", 0.0, highest);
       bsdf.k = read_color(node, "k", 1.0, highest);
-      if (bsdf.eta == Rgb(0.0) && bsdf.k == Rgb(0.0)) file_.refuse(node, "eta and k are both 0");
     } else if (parameter(node, "eta") || parameter(node, "k")) {
       file_.refuse(material, "give either material or eta and k");
     } else if (const auto index = complex_refractive_index(name)) {
       std::tie(bsdf.eta, bsdf.k) = *index;
     } else {
       file_.refuse(material, "supported: " + names_of_metals());
+    }
+    // Where both are 0, as the red of AlSb is, all is reflected, but Fresnel's equations are 0 / 0
+    // for light that comes straight; they aren't with another k.
+    for (int c = 0; c < 3; ++c) {
+      if (std::max(bsdf.eta[c], bsdf.k[c]) < 1e-6) bsdf.k[c] = 1.0;
     }
     return bsdf;
   }
