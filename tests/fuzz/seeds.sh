@@ -7,10 +7,16 @@ mkdir -p "$1/picture" "$1/comparison" "$1/gate" "$1/card" "$1/scene" "$1/mesh"
 cp tests/gate.toml "$1/gate"
 printf '{"pictures": [{"file": "cycles.exr", "floor": {"wholePercent": 1, "regionsPercent": [1, 2e0]}}]}' \
   > "$1/card/card.json"
-for scene in cornell seed; do
+for scene in cornell seed spheres metals; do
   cp reference_scenes/$scene/scene.xml "$1/scene/$scene.xml"
 done
 cp reference_scenes/stress/*.xml reference_scenes/stress/easy/*.xml "$1/scene"
+printf '%s' '<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm"/></sensor>' \
+  '<shape type="cube"><bsdf type="dielectric"><string name="int_ior" value="water"/>' \
+  '<float name="ext_ior" value="1"/><rgb name="specular_transmittance" value="0.9"/></bsdf></shape>' \
+  '<shape type="rectangle"><transform name="to_world"><translate z="1"/></transform></shape>' \
+  '<shape type="sphere"><boolean name="flip_normals" value="true"/><bsdf type="dielectric"/></shape></scene>' \
+  > "$1/scene/glass.xml"
 cp reference_scenes/*/*.obj "$1/mesh"
 ply() {
   printf 'ply\nformat %s 1.0\nelement vertex 3\nproperty float x\nproperty float y\n' "$1"
