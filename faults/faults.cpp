@@ -35,6 +35,10 @@ void light_backs(Scene& scene) {
   }
 }
 
+void turn_glass_inside_out(Scene& scene) {
+  for (Shape& shape : scene.shapes) shape.bsdf.ior = 1.0 / shape.bsdf.ior;
+}
+
 // To the right and down, by leaning the camera's axis.
 void shift_half_a_pixel(Camera& camera) {
   const double half_pixel = camera.half_width() / camera.width;
@@ -63,7 +67,12 @@ const std::vector<FaultDescription>& faults() {
       {"half-pixel", Fault::half_pixel, "the camera is half a pixel aside and down"},
       {"tangent-frame", Fault::tangent_frame, "the tangents are not normalised"},
       {"webgl-random", Fault::webgl_random, "the random numbers of WebGL demos"},
-      {"webgl-demo", Fault::webgl_demo, "the shading of such a demo, with its random numbers"}};
+      {"webgl-demo", Fault::webgl_demo, "the shading of such a demo, with its random numbers"},
+      {"n-squared", Fault::n_squared, "radiance in glass is not n^2 times that in air"},
+      {"fresnel-ignored", Fault::fresnel_ignored, "glass reflects only where nothing goes through"},
+      {"glass-inside-out", Fault::glass_inside_out, "glass and the air around it are swapped"},
+      {"schlick", Fault::schlick, "Schlick's approximation for what glass reflects"},
+      {"total-reflection-black", Fault::total_reflection_black, "total reflection is lost"}};
   return all;
 }
 
@@ -73,6 +82,7 @@ void plant(Fault fault, Scene& scene, Settings& settings) {
     case Fault::five_bounces: return cut_at_five_bounces(settings);
     case Fault::gamma_reflectance: return encode_reflectances(scene);
     case Fault::half_pixel: return shift_half_a_pixel(scene.camera);
+    case Fault::glass_inside_out: return turn_glass_inside_out(scene);
     case Fault::two_sided_lamp: return light_backs(scene);
     case Fault::webgl_demo:
       cut_at_five_bounces(settings);

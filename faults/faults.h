@@ -27,7 +27,12 @@ enum class Fault : int {
   half_pixel,
   tangent_frame,
   webgl_random,
-  webgl_demo
+  webgl_demo,
+  n_squared,
+  fresnel_ignored,
+  glass_inside_out,
+  schlick,
+  total_reflection_black
 };
 
 struct FaultDescription {

@@ -114,7 +114,7 @@ struct FaultyEstimator : Estimator<Lanes> {
       const Frame<D> frame = short_frame_around(bsdf.normal);
       return bsdf.other_or(u, v, normalize(sample_cosine_hemisphere(frame, u, v)));
     }
-    return Base::sample_bsdf(bsdf, u, v);
+    return bsdf.has_glass ? sample_glass(bsdf, u, v) : Base::sample_bsdf(bsdf, u, v);
   }
 
   LampSample<D> sample_lamp(const Lamp& lamp, V3<D> p, R u, R v) const {
@@ -149,6 +149,30 @@ struct FaultyEstimator : Estimator<Lanes> {
   }
 
  private:
+  BsdfSample<D> sample_glass(const BsdfLanes<D>& bsdf, R u, R v) const {
+    const R cosine = -dot(bsdf.normal, bsdf.incident);
+    // A number that lets light through unless it is reflected totally.
+    const R through(T{1} - std::numeric_limits<T>::epsilon() / 2);
+    if (fault == Fault::fresnel_ignored) u = select(bsdf.is_glass, through, u);
+    if (fault == Fault::schlick) {
+      const R straight = (bsdf.n - R(1)) / (bsdf.n + R(1)), dim = R(1) - cosine;
+      const R f = straight * straight, fifth = dim * dim * dim * dim * dim;
+      const R reflects = fma(R(1) - f, fifth, f);
+      u = select(bsdf.is_glass, select(u >= reflects, through, R(0)), u);
+    }
+    BsdfSample<D> sample = Base::sample_bsdf(bsdf, u, v);
+    if (fault == Fault::n_squared) {
+      const Bool<D> is_through = bsdf.is_glass & (dot(bsdf.normal, sample.direction) < R(0));
+      sample.factor = select(is_through, bsdf.transmittance, sample.factor);
+    }
+    if (fault == Fault::total_reflection_black) {
+      const Bool<D> is_total =
+          bsdf.is_glass & (fresnel_of_glass(cosine, bsdf.n).reflectance == R(1));
+      sample.factor = select(is_total, V3<D>(R(0)), sample.factor);
+    }
+    return sample;
+  }
+
   R spoil(R inverse_pdf, const Lamp& lamp, V3<D> p, R distance) const {
     if (fault == Fault::half_lamp_area) return inverse_pdf * R(0.5f);
     if (fault == Fault::emitter_cosine)

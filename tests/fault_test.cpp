@@ -238,6 +238,78 @@ TEST(Fault, TwoSidedLampLightsWhatIsBehindAsWhatIsBefore) {
   EXPECT_NEAR(behind / below, 1.0, 1e-4);
 }
 
+// A black lamp that shines with 1 in the middle of a glass ball, met at an angle: of its radiance,
+// of which the glass holds n^2 times as much as the air, 1 - R gets out.
+Scene lamp_in_a_ball(double angle, double ior) {
+  Scene scene;
+  scene.shapes = {sphere({0, -1, 0}, 1.0, glass(ior)), sphere({0, -1, 0}, 0.7, diffuse(0.0), 1.0)};
+  scene.camera = camera({2 * std::sin(angle), 2 * std::cos(angle), 0}, {0, 0, 0}, pinpoint);
+  return scene;
+}
+
+// A prism of 45 degrees that turns what enters and leaves it straight by total reflection, towards
+// a lamp that shines with 1.
+Scene prism() {
+  const Vec3 a(0, 0, -9), b(1, 0, -9), c(0, 1, -9), depth(0, 0, 18);
+  Scene scene;
+  scene.shapes = {{"prism",
+                   Mesh{{{a, c, b}},
+                        {{a + depth, b + depth, c + depth}},
+                        {{a, b, b + depth, a + depth}},
+                        {{b, c, c + depth, b + depth}},
+                        {{c, a, a + depth, c + depth}}},
+                   glass(1.5), Rgb(0.0)},
+                  parallelogram({-9, -2, -9}, {0, 0, 18}, {18, 0, 0}, diffuse(0.0), 1.0)};
+  scene.camera = camera({-1, 0.4, 0}, {0, 0.4, 0}, pinpoint);
+  return scene;
+}
+
+const Settings by_chance{.method = Method::bsdf, .seed = 1, .bounces = {}};
+
+TEST(Fault, NSquaredShowsInGlassThatHoldsALampAlone) {
+  const Scene inside = lamp_in_a_ball(0.8, 1.8);
+  const double healthy = measure_with(Fault::none, inside, by_chance, some_samples).mean;
+  const double faulty = measure_with(Fault::n_squared, inside, by_chance, some_samples).mean;
+  EXPECT_NEAR(faulty / healthy, 1.8 * 1.8, 1e-5);
+  Scene outside = inside;
+  outside.shapes = room({-9, -9, -9}, {9, 9, 9}, diffuse(0.0), 1.0);
+  outside.shapes.push_back(inside.shapes[0]);
+  EXPECT_NEAR(measure_with(Fault::n_squared, outside, by_chance, some_samples).mean, 1.0, 1e-5);
+}
+
+TEST(Fault, FresnelIgnoredLetsAllThroughThatCanGoThrough) {
+  const Measurement ball =
+      measure_with(Fault::fresnel_ignored, lamp_in_a_ball(1.4, 1.8), by_chance, some_samples);
+  EXPECT_NEAR(ball.mean * 1.8 * 1.8, 1.0, 1e-5);
+  const Measurement turned = measure_with(Fault::fresnel_ignored, prism(), by_chance, some_samples);
+  EXPECT_NEAR(turned.mean, 1.0, 1e-5);
+}
+
+TEST(Fault, GlassInsideOutIsABubbleInGlass) {
+  const Scene scene = lamp_in_a_ball(0.3, 1.8);
+  EXPECT_EQ(picture(scene, by_chance, Fault::glass_inside_out),
+            picture(lamp_in_a_ball(0.3, 1.0 / 1.8), by_chance, Fault::none));
+}
+
+// Schlick: f + (1 - f) (1 - cosine)^5, with f what is reflected straight.
+TEST(Fault, SchlickReflectsByItsFormula) {
+  for (const double angle : {0.0, 0.8, 1.4}) {
+    const Scene scene = lamp_in_a_ball(angle, 1.8);
+    const double f = 0.8 * 0.8 / (2.8 * 2.8);
+    const double reflected = f + (1.0 - f) * std::pow(1.0 - std::cos(angle), 5);
+    const Measurement m = measure_with(Fault::schlick, scene, by_chance, {0, 4096});
+    EXPECT_NEAR(m.mean * 1.8 * 1.8, 1.0 - reflected, 4.0 * m.standard_error * 1.8 * 1.8);
+    EXPECT_LT(m.standard_error, 0.002 * m.mean);
+  }
+}
+
+TEST(Fault, TotalReflectionIsBlackAndNothingElse) {
+  EXPECT_EQ(measure_with(Fault::total_reflection_black, prism(), by_chance, some_samples).mean, 0);
+  const Scene ball = lamp_in_a_ball(0.8, 1.8);
+  EXPECT_EQ(picture(ball, by_chance, Fault::total_reflection_black),
+            picture(ball, by_chance, Fault::none));
+}
+
 // The helper crosses with the x axis, or with y where the normal is within 60 degrees of x.
 TEST(Fault, TangentsAreAsShortAsTheSineToAFixedAxis) {
   EXPECT_NEAR(simd::squared_tangent(0, 1, 0), 1.0, 1e-6);
@@ -275,11 +347,15 @@ TEST(WebglRandom, FramesRepeat) {
 
 TEST(Faults, ChangeThePictureButNotTheRenderer) {
   const Settings settings{.seed = 1, .bounces = {}};
-  const std::vector<float> healthy = picture(small("seed"), settings, Fault::none);
+  const Scene plain = small("seed");
+  Scene with_glass = plain;
+  with_glass.shapes.back() = icosphere({142, 240, 200}, 70, 1, glass(1.5));
   for (const FaultDescription& fault : faults()) {
-    const bool is_visible = picture(small("seed"), settings, fault.fault) != healthy;
+    const Scene& scene = fault.fault < Fault::n_squared ? plain : with_glass;
+    const std::vector<float> healthy = picture(scene, settings, Fault::none);
+    const bool is_visible = picture(scene, settings, fault.fault) != healthy;
     EXPECT_EQ(is_visible, fault.fault != Fault::clamp_indirect) << fault.name;
-    EXPECT_EQ(picture(small("seed"), settings, Fault::none), healthy) << fault.name;
+    EXPECT_EQ(picture(scene, settings, Fault::none), healthy) << fault.name;
   }
 }
 
