@@ -219,7 +219,7 @@ stress: build
 	python3 bench/stress_table.py build/plumb
 
 stress-truth: build
-	for scene in caustic caustic_in_mirror facing_balls round_lamp_by_ball; do \
+	for scene in caustic caustic_in_mirror facing_balls glass_caustic round_lamp_by_ball; do \
 	  build/plumb reference reference_scenes/stress/$$scene.xml --with mitsuba --spp 4096 --seeds 32 \
 	    -o reference_scenes/stress/$$scene.exr || exit; \
 	done

@@ -41,7 +41,7 @@ int64_t few_samples(const StressScene& stress) {
 // No false alarms: seeds are fixed, and the samples' number doesn't depend on time.
 TEST(Stress, NoMethodIsBiasedInDoubleNorInFloatUnlessThatIsSaid) {
   const auto all = scenes();
-  ASSERT_GE(all.size(), 31U);
+  ASSERT_GE(all.size(), 33U);
   for (const StressScene& stress : all) {
     const Limits limits{.samples = {0, few_samples(stress)}};
     const Picture truth = stress.find_truth(limits, never);
