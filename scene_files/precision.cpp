@@ -60,10 +60,13 @@ std::string needs_double(const Scene& scene) {
   const double g = float_growth(scene);
   const std::vector<Surface> surfaces = list_surfaces(scene);
   const size_t looked_at = surfaces.size() > 300 ? 0 : surfaces.size();
+  const auto is_opaque_and_flat = [](const Surface& surface) {
+    return surface.polygon() != nullptr && surface.shape->bsdf.kind != Bsdf::Kind::dielectric;
+  };
   for (size_t i = 0; i < looked_at * looked_at; ++i) {
     const Surface &a = surfaces[i / looked_at], &b = surfaces[i % looked_at];
-    const bool are_flat = a.polygon() != nullptr && b.polygon() != nullptr;
-    if (a.shape == b.shape || !are_flat || !leaves_gap(a, b, g)) continue;
+    if (a.shape == b.shape || !is_opaque_and_flat(a) || !is_opaque_and_flat(b)) continue;
+    if (!leaves_gap(a, b, g)) continue;
     return fmt::format("the gap between '{}' and '{}'", a.shape->id, b.shape->id);
   }
   constexpr int side = 4, rays = side * side;

@@ -23,8 +23,8 @@ namespace plumb {
 //     is narrower than 2e5 g
 //
 // Gaps count between an edge of one flat shape and what it points at on another, in scenes of no
-// more than 300 faces. Narrower ones are joints that a file's digits have opened. What is in view
-// is told by 16 rays.
+// more than 300 faces, but not beside glass, through which light gets there anyhow. Narrower ones
+// are joints that a file's digits have opened. What is in view is told by 16 rays.
 std::string needs_double(const Scene& scene);
 
 }  // namespace plumb

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "scene_files/air_gap.h"
 #include "tests/combinations.h"
 #include "tests/test_scenes.h"
 
@@ -199,6 +200,9 @@ std::vector<Case> cases() {
     all.push_back(furnace(name + "_with_a_diamond", icosphere(center, 0.5, 0, glass(2.4)), albedo));
     all.push_back(furnace(name + "_with_a_mesh", icosphere(center, 0.5, 2, glass(1.3)), albedo));
   }
+  all.push_back(furnace("furnace_with_a_block_on_its_floor",
+                        block({-0.3, -1, -0.4}, {0.3, -0.4, 0.2}, glass(1.5)), 0.5));
+  leave_air_around_glass(all.back().scene);
   all.push_back(ball_of_air());
   return all;
 }
