@@ -166,13 +166,19 @@ class Plantings {
   std::string baseline_cells_;  // what the baseline tests have said last, two cells
 };
 
-int run(const Options& options) {
-  std::vector<Fault> wanted;
-  for (const std::string& name : options.faults) wanted.push_back(parse_fault(name));
+std::vector<Fault> faults_that_show(const Scene& scene) {
+  const bool has_glass = std::ranges::any_of(
+      scene.shapes, [](const Shape& shape) { return shape.bsdf.kind == Bsdf::Kind::dielectric; });
+  std::vector<Fault> those;
   for (const FaultDescription& known : faults()) {
-    if (options.faults.empty()) wanted.push_back(known.fault);
+    if (has_glass || !known.is_of_glass) those.push_back(known.fault);
   }
-  wanted.insert(wanted.begin(), Fault::none);
+  return those;
+}
+
+int run(const Options& options) {
+  std::vector<Fault> named;
+  for (const std::string& name : options.faults) named.push_back(parse_fault(name));
   std::vector<HealthyScene> scenes;
   for (const std::string& scene : options.scenes) scenes.emplace_back(scene, options.reference);
 
@@ -184,6 +190,8 @@ int run(const Options& options) {
       "\n|---|---|---|---|---|---|---|---|---|\n");
   for (const HealthyScene& healthy : scenes) {
     Plantings plantings(options, healthy);
+    std::vector<Fault> wanted = named.empty() ? faults_that_show(healthy.scene) : named;
+    wanted.insert(wanted.begin(), Fault::none);
     for (const Fault fault : wanted) {
       const std::string row = plantings.run(fault, line);
       if (row.empty()) return 128 + stop_signal;
@@ -200,7 +208,9 @@ void add_power(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App& command = *app.add_subcommand("power", "Tell how soon 'compare' finds planted faults");
   add_option(command, "SCENE", "", options->scenes, "Scene files (default: cornell and seed)");
-  add_option(command, "--fault", "NAME", options->faults, "Only these, as for 'plumb render'");
+  add_option(command, "--fault", "NAME", options->faults,
+             "Only these, as for 'plumb render' (default: all,\n"
+             "those of glass where there is glass)");
   add_option(command, "--reference", "FILE", options->reference,
              "Healthy picture with its noise, in or from the scene's\n"
              "folder (default: plumbline.exr)");

@@ -68,11 +68,13 @@ const std::vector<FaultDescription>& faults() {
       {"tangent-frame", Fault::tangent_frame, "the tangents are not normalised"},
       {"webgl-random", Fault::webgl_random, "the random numbers of WebGL demos"},
       {"webgl-demo", Fault::webgl_demo, "the shading of such a demo, with its random numbers"},
-      {"n-squared", Fault::n_squared, "radiance in glass is not n^2 times that in air"},
-      {"fresnel-ignored", Fault::fresnel_ignored, "glass reflects only where nothing goes through"},
-      {"glass-inside-out", Fault::glass_inside_out, "glass and the air around it are swapped"},
-      {"schlick", Fault::schlick, "Schlick's approximation for what glass reflects"},
-      {"total-reflection-black", Fault::total_reflection_black, "total reflection is lost"}};
+      {"n-squared", Fault::n_squared, "radiance in glass is not n^2 times that in air", true},
+      {"fresnel-ignored", Fault::fresnel_ignored, "glass reflects only where nothing goes through",
+       true},
+      {"glass-inside-out", Fault::glass_inside_out, "glass and the air around it are swapped",
+       true},
+      {"schlick", Fault::schlick, "Schlick's approximation for what glass reflects", true},
+      {"total-reflection-black", Fault::total_reflection_black, "total reflection is lost", true}};
   return all;
 }
 

@@ -39,6 +39,7 @@ struct FaultDescription {
   std::string name;
   Fault fault;
   std::string text;
+  bool is_of_glass = false;  // changes nothing in scenes without it
 };
 
 // All but `none`.
