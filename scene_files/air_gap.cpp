@@ -67,22 +67,48 @@ double make_thinner(Mesh& glass, const Polygon& face, double by) {
   return factor;
 }
 
+// The faces of a mesh, to be found by where they are.
+class Places {
+ public:
+  explicit Places(const Mesh& mesh) {
+    for (const Polygon& face : mesh) {
+      boxes_.emplace_back(bounds(Mesh{face}), &face);
+      widest_ = std::max(widest_, boxes_.back().first.size().x);
+    }
+    std::ranges::sort(boxes_, {}, left);
+  }
+
+  // Calls visit(face) for those whose boxes meet this one.
+  void find(const Imath::Box3d& box, const auto& visit) const {
+    auto i = std::ranges::lower_bound(boxes_, box.min.x - widest_, {}, left);
+    for (; i != boxes_.end() && left(*i) <= box.max.x; ++i) {
+      if (i->first.intersects(box)) visit(*i->second);
+    }
+  }
+
+ private:
+  using Place = std::pair<Imath::Box3d, const Polygon*>;
+  static double left(const Place& place) { return place.first.min.x; }
+
+  std::vector<Place> boxes_;
+  double widest_ = 0.0;
+};
+
 // The least of the factors by which the glass had to become thinner; 1: nothing touches it.
 double part_from_others(Shape& glass, const std::vector<Shape>& shapes, double size) {
   const double tolerance = close * size;
   auto& mesh = std::get<Mesh>(glass.geometry);
-  const Imath::Box3d box = grown(bounds(mesh), tolerance);
+  const Places places(mesh);
   double least = 1.0;
   for (const Shape& other : shapes) {
     const auto* faces = std::get_if<Mesh>(&other.geometry);
-    if (&other == &glass || faces == nullptr || !bounds(*faces).intersects(box)) continue;
+    if (&other == &glass || faces == nullptr) continue;
     for (const Polygon& face : *faces) {
-      if (!bounds(Mesh{face}).intersects(box)) continue;
-      for (const Polygon& own : mesh) {
+      places.find(grown(bounds(Mesh{face}), tolerance), [&](const Polygon& own) {
         if (touch(own, face, tolerance)) {
           least = std::min(least, make_thinner(mesh, own, gap * size));
         }
-      }
+      });
     }
   }
   return least;
