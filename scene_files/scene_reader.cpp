@@ -371,7 +371,12 @@ class Reader {
   // A number or a name.
   double read_index(const xml_node& parent, const char* name, const char* missing) {
     const xml_node node = parameter(parent, name);
-    if (node.name() == std::string_view("float")) return read_positive(parent, name, 1.0);
+    if (node.name() == std::string_view("float")) {
+      const double number = read_number(parent, name, 1.0);
+      if (number >= 1e-3 && number <= 1e3) return number;
+      file_.refuse(node, "must be from 0.001 to 1000");
+      return 1.0;
+    }
     const auto index = refractive_index(node.attribute("value").as_string(missing));
     if (!index)
       file_.refuse(node, "must be a <float> or, as a <string>, one of " + names_of_transparent());
