@@ -13,6 +13,11 @@ HERE = pathlib.Path(__file__).resolve().parent
 LARGEST_HALF = 65504.0
 
 
+def title_of(scene):
+    """Of a folder of reference_scenes/."""
+    return {"cornell": "Cornell box", "seed": "Seed scene"}.get(scene, scene.replace("_", " ").capitalize())
+
+
 def encode_picture(planes, mantissa_bits=10):
     """Planes of floats as text: half precision, compressed, base64.
 

@@ -57,6 +57,12 @@ int failed(const std::string& message) {
 
 json to_json(const Vec3& v) { return {v.x, v.y, v.z}; }
 
+const char* material_of(const Bsdf& bsdf) {
+  if (bsdf.kind == Bsdf::Kind::dielectric) return "glass";
+  if (bsdf.kind == Bsdf::Kind::conductor) return bsdf.is_metal() ? "metal" : "steel";
+  return "matte";
+}
+
 json describe(const Shape& shape) {
   Vec3 low(std::numeric_limits<double>::infinity()), high = -low;
   const auto include = [&](const Vec3& p) {
@@ -81,8 +87,12 @@ json describe(const Shape& shape) {
           {"low", to_json(low)},
           {"high", to_json(high)},
           {"twoSided", shape.bsdf.two_sided},
-          {"mirror", shape.bsdf.kind == Bsdf::Kind::conductor},
+          {"material", material_of(shape.bsdf)},
           {"reflectance", to_json(shape.bsdf.reflectance)},
+          {"eta", to_json(shape.bsdf.eta)},
+          {"k", to_json(shape.bsdf.k)},
+          {"ior", shape.bsdf.ior},
+          {"transmittance", to_json(shape.bsdf.transmittance)},
           {"radiance", to_json(shape.radiance)}};
 }
 

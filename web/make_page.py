@@ -17,7 +17,7 @@ sys.path[:0] = [str(ROOT / "images"), str(ROOT / "report")]
 import exr  # noqa: E402
 import page  # noqa: E402
 
-TITLES = {"seed": "Seed scene", "cornell": "Cornell box"}
+SCENES = ("seed", "cornell", "spheres")
 PROGRAMS = {"plumbline": "the converged picture", "cycles": "Blender Cycles", "povray": "POV-Ray"}
 MANTISSA_BITS = 7  # kept of the stored pictures: an error of 0.1 %, less than their own noise
 
@@ -49,18 +49,24 @@ def picture(file, title, is_halved):
             "values": page.encode_picture(planes, MANTISSA_BITS)}
 
 
+def pictures(folder):
+    """Those that are stored; none without ours, whose size is the others'."""
+    if not (folder / "plumbline.exr").exists():
+        return {}
+    return {word: picture(folder / f"{word}.exr", title, word != "plumbline")
+            for word, title in PROGRAMS.items() if (folder / f"{word}.exr").exists()}
+
+
 def scene(name):
     folder = ROOT / "reference_scenes" / name
     files = {file.name: file.read_text("utf-8") for file in sorted(folder.iterdir())
              if file.suffix in (".xml", ".obj")}
-    pictures = {word: picture(folder / f"{word}.exr", title, word != "plumbline")
-                for word, title in PROGRAMS.items()}
-    return {"title": TITLES[name], "files": files, "pictures": pictures}
+    return {"title": page.title_of(name), "files": files, "pictures": pictures(folder)}
 
 
 def main():
     core, file = map(pathlib.Path, sys.argv[1:])
-    data = {"core": packed(core), "scenes": {name: scene(name) for name in TITLES}}
+    data = {"core": packed(core), "scenes": {name: scene(name) for name in SCENES}}
     parts = {"style": (HERE / "page.css").read_text("utf-8"),
              "data": json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"),
              "worker": bundle("worker.js"), "script": bundle("page.js"),

@@ -10,7 +10,7 @@ import {EFFECTS} from './effects.js';
 import {listen} from './gestures.js';
 import {fragmentOf, sceneOf} from './link.js';
 import {Renderer} from './renderer.js';
-import {SceneDocument} from './scene_document.js';
+import {PLAIN, SceneDocument} from './scene_document.js';
 import {claimedError, halved, trueError} from './statistics.js';
 import {compileCore, radianceOf, startWorkers} from './stored.js';
 import {add, dot, normalize, subtract, times} from './vectors.js';
@@ -35,6 +35,15 @@ const boxOf = boxes => {
   const bound = (pick, name) => [0, 1, 2].map(i => pick(...boxes.map(box => box[name][i])));
   return {low: bound(Math.min, 'low'), high: bound(Math.max, 'high')};
 };
+
+/** What the colour of a thing is. */
+const colourOf = ({material}) => material === 'glass' ? 'transmittance' : 'reflectance';
+
+/** A surface of another material. Glass is clear at first, and leaves nothing of its own. */
+function madeOf(material, surface) {
+  if (material === 'glass') return {...surface, material, reflectance: [1, 1, 1], ior: 1.5};
+  return {...surface, material, reflectance: surface.material === 'glass' ? PLAIN : surface.reflectance};
+}
 
 class Page {
   constructor(core, renderer, scenes) {
@@ -429,9 +438,12 @@ class Page {
     } else if (name === 'brightness' && value >= 0) {
       const most = Math.max(...shape.radiance);
       this.edit(scene => scene.shine(selected, shape.radiance.map(light => light / most * value)));
-    } else if (name === 'colour' || name === 'material') {
-      const rgb = name === 'colour' ? toLinear(panel.colour.value) : shape.reflectance;
-      this.edit(scene => scene.paint(selected, panel.material.value === 'steel', rgb, shape.twoSided));
+    } else if (name === 'colour') {
+      this.edit(scene => scene.paint(selected, {...shape, [colourOf(shape)]: toLinear(panel.colour.value)}));
+    } else if (name === 'material') {
+      this.edit(scene => scene.paint(selected, madeOf(panel.material.value, shape)));
+    } else if (name === 'ior' && value > 0) {
+      this.edit(scene => scene.paint(selected, {...shape, ior: value}));
     }
     this.fillThing();
   }
@@ -517,10 +529,12 @@ class Page {
     if (!shape) return;
     const isLamp = shape.radiance.some(light => light > 0);
     find('.thing .lamp').hidden = !isLamp;
-    panel.material.value = shape.mirror ? 'steel' : 'matte';
-    panel.colour.value = toHex(shape.reflectance);
+    find('.thing .metal').hidden = shape.material !== 'metal';
+    find('.thing .glass').hidden = shape.material !== 'glass';
+    panel.material.value = shape.material;
+    panel.colour.value = toHex(shape[colourOf(shape)]);
     const round = value => Number(value.toPrecision(5));
-    const values = {size: this.sizeOf(shape), brightness: Math.max(...shape.radiance)};
+    const values = {size: this.sizeOf(shape), ior: shape.ior, brightness: Math.max(...shape.radiance)};
     times(add(shape.low, shape.high), 0.5).forEach((value, i) => { values['xyz'[i]] = value; });
     for (const [name, value] of Object.entries(values))
       if (document.activeElement !== panel[name]) panel[name].value = round(value);

@@ -3,6 +3,9 @@
 // A scene file as a tree that can be edited and written again. Shapes are told by their numbers in
 // the order of the file, which are the core's.
 
+/** The reflectance of what is added. */
+export const PLAIN = [0.73, 0.73, 0.73];
+
 const text = number => String(Number(number.toPrecision(7)));
 const list = vector => vector.map(text).join(', ');
 
@@ -67,20 +70,22 @@ export class SceneDocument {
       ? [this.make('point', {name: 'center', x, y, z}), this.make('float', {name: 'radius', value: a})]
       : [this.make('transform', {name: 'to_world'}, this.make('scale', {x: a, y: b, z: c}),
         this.make('translate', {x, y, z}))];
-    const shape = this.make('shape', {type: kind, id}, ...place, this.bsdf(false, [0.73, 0.73, 0.73]));
+    const shape = this.make('shape', {type: kind, id}, ...place, this.bsdf({material: 'matte', reflectance: PLAIN}));
     this.root.append(this.document.createTextNode('\n  '), shape, this.document.createTextNode('\n'));
     return this.shapes.indexOf(shape);
   }
 
-  /** A shape's surface becomes matte or steel. */
-  paint(index, isMirror, reflectance, isTwoSided) {
-    const shape = this.shapes[index], one = this.bsdf(isMirror, reflectance);
-    const bsdf = isTwoSided ? this.make('bsdf', {type: 'twosided'}, one) : one;
+  /** A shape's surface becomes another, of which all is told as the core tells it. */
+  paint(index, surface) {
+    const shape = this.shapes[index], one = this.bsdf(surface);
+    const bsdf = surface.twoSided && surface.material !== 'glass' ? this.make('bsdf', {type: 'twosided'}, one) : one;
     const old = [...shape.children].filter(child => child.localName === 'bsdf' ||
       child.localName === 'ref' && this.byId(child.getAttribute('id'))?.localName === 'bsdf');
     if (old.length > 0) old[0].before(bsdf);
     else shape.append(bsdf);
     old.forEach(node => node.remove());
+    // The core tells of a sphere as if its normals led outwards.
+    if (shape.getAttribute('type') === 'sphere') this.parameter(shape, 'boolean', 'flip_normals', 'flipNormals')?.remove();
   }
 
   /** Of a lamp. */
@@ -109,18 +114,27 @@ export class SceneDocument {
     return element;
   }
 
-  bsdf(isMirror, reflectance) {
-    const value = list(reflectance);
-    return isMirror
-      ? this.make('bsdf', {type: 'conductor'}, this.make('string', {name: 'material', value: 'none'}),
-        this.make('rgb', {name: 'specular_reflectance', value}))
-      : this.make('bsdf', {type: 'diffuse'}, this.make('rgb', {name: 'reflectance', value}));
+  bsdf({material, reflectance, eta, k, ior, transmittance}) {
+    const rgb = (name, colour) => this.make('rgb', {name, value: list(colour)});
+    const float = (name, number) => this.make('float', {name, value: text(number)});
+    const gloss = rgb('specular_reflectance', reflectance);
+    const makers = {
+      matte: () => ['diffuse', rgb('reflectance', reflectance)],
+      steel: () => ['conductor', this.make('string', {name: 'material', value: 'none'}), gloss],
+      metal: () => ['conductor', rgb('eta', eta), rgb('k', k), gloss],
+      glass: () => ['dielectric', float('int_ior', ior), float('ext_ior', 1), gloss,
+        rgb('specular_transmittance', transmittance)],
+    };
+    const [type, ...parameters] = makers[material]();
+    return this.make('bsdf', {type}, ...parameters);
+  }
+
+  parameter(node, tag, ...names) {
+    return [...node.children].find(child => child.localName === tag && names.includes(child.getAttribute('name')));
   }
 
   transformOf(node) {
-    const names = ['to_world', 'toWorld'];
-    const found = [...node.children].find(child =>
-      child.localName === 'transform' && names.includes(child.getAttribute('name')));
+    const found = this.parameter(node, 'transform', 'to_world', 'toWorld');
     if (found) return found;
     const made = this.make('transform', {name: 'to_world'});
     node.prepend(made);

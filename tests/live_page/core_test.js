@@ -40,7 +40,7 @@ function nativePicture(scene, samples) {
 const differing = (a, b) => a.reduce((count, value, i) => count + !Object.is(value, b[i]), 0);
 
 describe('The core', () => {
-  for (const scene of ['cornell', 'seed']) {
+  for (const scene of ['cornell', 'seed', 'spheres', 'metals']) {
     it(`draws ${scene} with the bits of native code`, async t => {
       if (!existsSync(NATIVE)) return t.skip('build/native_picture is not built');
       const native = nativePicture(scene, 64);

@@ -68,6 +68,12 @@ export function testIn(name) {
       assert.equal(await live.fragment(), '#cornell');
     });
 
+    test('draws a ball of glass and one of steel', async live => {
+      await live.change(() => live.choose('scene', 'spheres'));
+      await live.check();
+      assert.equal(await live.fragment(), '#spheres');
+    });
+
     test('draws by each method and sampler', async live => {
       for (const changes of [{method: 'bsdf'}, {method: 'nee'}, {sampler: 'independent'}]) {
         const [[control, value]] = Object.entries(changes);
@@ -220,6 +226,62 @@ export function testIn(name) {
       assert.ok(blue > 0.01 && red < blue / 100 && green < blue / 100, `${[red, green, blue]}`);
       await live.chooseText('selected', 'steel_sphere');
       await live.change(() => live.click('material', 'matte'));
+      await live.check();
+    });
+
+    test('makes a thing glass, bends light in it more or less, tints it, and makes it matte again', async live => {
+      const control = async name => (await live.control(name)).evaluate(input => input.value);
+      await live.chooseText('selected', 'matte_sphere');
+      const matte = await live.picture(16);
+      await live.change(() => live.click('material', 'glass'));
+      assert.equal(await control('ior'), '1.5');
+      assert.equal(await control('colour'), '#ffffff');
+      const clear = await live.check({}, 16);
+      assert.ok(pixelsWhere(matte, clear, (a, b) => Math.abs(a - b) > 60).length > 300);
+      await live.change(() => live.enter('ior', 1.01));
+      const faint = await live.check({}, 16);
+      const through = picture => meanOf(picture, MATTE_SPHERE)[1];
+      // As the back wall beside it.
+      assert.ok(Math.abs(through(faint) / meanOf(faint, BACK_WALL)[1] - 1) < 0.3, `${through(faint)}`);
+      await live.change(() => live.enter('colour', '#00ff00'));
+      const [red, green] = meanOf(await live.check({}, 16), MATTE_SPHERE);
+      assert.ok(green > 0.03 && red < green / 10, `${[red, green]}`);
+      assert.equal(await control('ior'), '1.01');
+      const other = await LivePage.open(browser, {fragment: await live.fragment()});
+      await other.chooseText('selected', 'matte_sphere');
+      for (const [name, value] of [['ior', '1.01'], ['colour', '#00ff00']])
+        assert.equal(await (await other.control(name)).evaluate(input => input.value), value);
+      await other.check();
+      await other.close();
+      await live.change(() => live.click('material', 'matte'));
+      assert.equal(await live.page.$eval('.glass', label => label.hidden), true);
+      await live.check();
+    });
+
+    test('keeps metals, tinted glass and bubbles as they are, until they are painted themselves', async live => {
+      const {'scene.xml': metals} = await filesOf('metals');
+      const glass = '<bsdf type="dielectric"><float name="int_ior" value="1.4"/><float name="ext_ior" value="1"/>' +
+        '<rgb name="specular_transmittance" value="0.5, 0.9, 0.7"/></bsdf>';
+      const bubble = '<boolean name="flip_normals" value="true"/>' + glass;
+      const path = fileOf('materials.xml', metals.replace('<ref id="silver"/>', bubble));
+      await live.change(async () => (await live.control('open')).uploadFile(path));
+      const gold = '<ref id="gold"/>', material = name => live.page.$eval(`[name=material][value=${name}]`, ({checked}) => checked);
+      await live.chooseText('selected', 'silver_ball');
+      assert.ok(await material('glass'));
+      await live.change(() => live.enter('x', 130));
+      await live.chooseText('selected', 'gold_ball');
+      assert.ok(await material('metal'));
+      await live.change(() => live.enter('size', 120));
+      const {xml} = await live.scene();
+      assert.ok(xml.includes(bubble) && xml.includes(gold));
+      await live.check();
+      await live.change(() => live.enter('colour', '#ff0000'));
+      const painted = (await live.scene()).xml;
+      assert.match(painted, /<rgb name="eta" value="0.143, 0.375, 1.442"\/><rgb name="k" value="3.983, 2.386, 1.603"\/><rgb name="specular_reflectance" value="1, 0, 0"/);
+      await live.chooseText('selected', 'silver_ball');
+      await live.change(() => live.enter('ior', 0.75));
+      assert.doesNotMatch((await live.scene()).xml, /flip_normals/);
+      assert.equal(await (await live.control('ior')).evaluate(input => input.value), '0.75');
       await live.check();
     });
 
