@@ -67,7 +67,7 @@ help:
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
 	@echo "make power          makes the table of docs/power.md (6 minutes)"
 	@echo "make lessons        makes pages of docs/lessons/ with live pictures: out/lessons/index.html"
-	@echo "make lesson-pictures  renders the pictures, plots and tables of docs/lessons/ (10 minutes)"
+	@echo "make lesson-pictures  renders the pictures, plots and tables of docs/lessons/ (15 minutes)"
 	@echo "make charts         puts the report's plots into docs/pictures/"
 	@echo "make pictures       renders the pictures of README.md into docs/pictures/"
 	@echo "make page-picture   takes the picture of docs/page.md"

@@ -4,10 +4,11 @@
 
     python3 bench/lesson_pictures.py PLUMB [LESSON ...]    (which is 'make lesson-pictures')
 
-Some ten minutes on two cores. What is rendered stays in out/lesson_pictures.
+Some fifteen minutes on two cores. What is rendered stays in out/lesson_pictures.
 """
 
 import json
+import math
 import pathlib
 import re
 import subprocess
@@ -170,13 +171,11 @@ METHODS = {"by chance (bsdf)": ["--method", "bsdf"], "sampled (nee)": ["--method
            "both (mis)": ["--method", "mis"]}
 
 
-def by_method(name, bounces, methods, lamps, shown, brighter):
-    """A scene under lamps of several sizes: its table, and the pictures of some, by each method.
-
-    `lamps` has half of the lamp's side and its radiance, with which the picture is about as bright."""
+def by_method(lesson, name, bounces, methods, variants, shown, brighter, head="side of the lamp"):
+    """A scene with several values of its parameters: its table, and the pictures of some, by each method."""
     rows, pictures = [], []
-    for title, (size, radiance) in lamps.items():
-        scene = changed(LESSONS / f"{name}.xml", f"{name}_{size}", size=size, radiance=radiance)
+    for title, parameters in variants.items():
+        scene = changed(LESSONS / f"{name}.xml", "_".join(map(str, [name, *parameters.values()])), **parameters)
         reference = render(scene, "--bounces", bounces, "--method", "mis", "--spp", 8192, "--seed", 0)
         found = []
         for method in methods.values():
@@ -189,16 +188,60 @@ def by_method(name, bounces, methods, lamps, shown, brighter):
         best = min(found)
         rows.append([title, *(f"**{percent(value)}**" if value == best else percent(value) for value in found)])
     mosaic(pictures, len(methods), PICTURES / f"{name}.png", brighter)
-    put("lamp", name, ["side of the lamp", *methods], rows)
+    put(lesson, name, [head, *methods], rows)
+
+
+def lamp_of(half_side, radiance):
+    """With this radiance the picture is about as bright as with other lamps."""
+    return {"size": half_side, "radiance": radiance}
 
 
 def lamp():
-    by_method("lamp", "0:1", METHODS,
-              {"2 cm": (0.01, 20000), "40 cm": (0.2, 50), "2 m": (1, 3), "6 m": (3, 1.2), "20 m": (10, 1)},
+    by_method("lamp", "lamp", "0:1", METHODS,
+              {"2 cm": lamp_of(0.01, 20000), "40 cm": lamp_of(0.2, 50), "2 m": lamp_of(1, 3),
+               "6 m": lamp_of(3, 1.2), "20 m": lamp_of(10, 1)},
               ["2 cm", "2 m", "20 m"], 0.6)
     # The fault samples lamps, but does not look for them in mirrors.
-    by_method("mirrors", "0:2", METHODS | {"both, without mirrors": ["--fault", "webgl-random"]},
-              {"2 cm": (0.01, 20000), "20 cm": (0.1, 200), "60 cm": (0.3, 22)}, ["20 cm"], 0.8)
+    by_method("lamp", "mirrors", "0:2", METHODS | {"both, without mirrors": ["--fault", "webgl-random"]},
+              {"2 cm": lamp_of(0.01, 20000), "20 cm": lamp_of(0.1, 200), "60 cm": lamp_of(0.3, 22)},
+              ["20 cm"], 0.8)
+
+
+def reflectance(angle, n):
+    """Of unpolarised light by the smooth border of what is optically n times as dense: Fresnel's laws."""
+    if math.sin(angle) >= n:
+        return 1.0
+    if angle == 0.0:
+        return ((n - 1) / (n + 1)) ** 2
+    beyond = math.asin(math.sin(angle) / n)
+    return sum((f(angle - beyond) / f(angle + beyond)) ** 2 for f in (math.sin, math.tan)) / 2
+
+
+def border(n, degrees=0, **light):
+    """The radiance that the border of glass shows at an angle."""
+    eye = f"{math.sin(math.radians(degrees))}, {math.cos(math.radians(degrees))}, 0"
+    name = "_".join(map(str, ["border", f"{n:.4f}", degrees, *light]))
+    return means(render(changed(LESSONS / "border.xml", name, n=n, eye=eye, **light), "--spp", 1 << 16))[0]
+
+
+def glass():
+    views = [render(changed(LESSONS / "glass.xml", f"glass_{n}", n=n), "--spp", 2048) for n in (1.1, 1.33, 1.5, 2.4)]
+    mosaic(views, 4, PICTURES / "glass_balls.png", 0.8)
+    put("glass", "reflectance", ["angle", "in air, computed", "measured", "in glass, computed", "measured"],
+        [[f"{degrees}°", *(f"{100 * value:.3f} %" for n in (1.5, 1 / 1.5)
+                           for value in (reflectance(math.radians(degrees), n), border(n, degrees)))]
+         for degrees in (0, 20, 40, 41.5, 45, 60, 75, 85)])
+    below = {"sky": 0, "lamp": 1}
+    put("glass", "square", ["n", "lamp in glass, seen in air: (1 − R) / n²", "measured",
+                            "lamp in air, seen in glass: (1 − R) · n²", "measured"],
+        [[n, *(f"{value:.4f}" for ratio in (n, 1 / n)
+               for value in ((1 - reflectance(0.0, ratio)) / ratio ** 2, border(ratio, **below)))]
+         for n in (1, 1.33, 1.5, 2.4)])
+    lamps = {"60 cm": lamp_of(0.3, 16), "20 cm": lamp_of(0.1, 144)}
+    by_method("glass", "glass", "0:3", METHODS,
+              {f"{ball}, {side}": {"ball": ball} | parameters for ball in ("steel", "glass")
+               for side, parameters in lamps.items()},
+              ["steel, 60 cm", "glass, 60 cm"], 0.8, "ball, side of the lamp")
 
 
 def with_fault(name, scene, reference, fault):
@@ -225,7 +268,7 @@ def bias():
 
 
 if __name__ == "__main__":
-    ALL = {lesson.__name__: lesson for lesson in (noise, bleeding, shadows, lamp, bias)}
+    ALL = {lesson.__name__: lesson for lesson in (noise, bleeding, shadows, lamp, glass, bias)}
     if len(sys.argv) < 2 or not set(sys.argv[2:]) <= set(ALL):
         sys.exit(__doc__)
     PLUMB = sys.argv[1]

@@ -161,13 +161,15 @@ class Pages(unittest.TestCase):
         self.wait(lambda: self.driver.execute_script(shown, figure) != before)
 
     def test_controls_change_the_picture(self):
-        for file, live in FIGURES:
-            if live.get("controls"):
-                with self.subTest(file.name):
-                    self.open(file)
-                    figure = self.figures()[0]
-                    self.draw(figure)
-                    self.move_first_slider(figure, next(iter(live["controls"][0]["values"])))
+        for file in LESSONS:
+            for number, live in enumerate(make_lessons.live_figures(file.read_text("utf-8"))):
+                first = next(iter(live.get("controls", [])), {})
+                if first.get("isSlider"):
+                    with self.subTest(f"{file.name}, figure {number + 1}"):
+                        self.open(file)
+                        figure = self.figures()[number]
+                        self.draw(figure)
+                        self.move_first_slider(figure, next(iter(first["values"])))
 
     def test_answers_unfold_for_print(self):
         self.open(LESSONS[0])
