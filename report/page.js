@@ -2,7 +2,6 @@
 
 'use strict';
 
-const VERDICTS = ['same', 'different', 'inconclusive'];
 const BLOCK = 8;
 const MOST_ZOOM = 64;
 
@@ -90,110 +89,63 @@ const number = (value, digits = 4) => value === null || value === undefined ? ''
   value !== 0 && (Math.abs(value) < 1e-3 || Math.abs(value) >= 1e5) && Number.isFinite(value)
     ? value.toExponential(digits - 1) : String(Number(value.toPrecision(digits))));
 const signed = (value, digits) => (value > 0 ? '+' : '') + number(value, digits);
-const percent = (bias, confidence) => typeof bias !== 'number' ? '' :
-  withMinus((bias < 0 ? '' : '+') + (100 * bias).toFixed(3)) +
-  (typeof confidence === 'number' ? ` ± ${(100 * confidence).toFixed(3)}` : '') + ' %';
 
-const command = text => text ? element('pre', {className: 'command'}, text) : null;
-const folded = (title, ...content) => element('details', {}, element('summary', {}, title), ...content);
-const isNumber = text => /^[^a-z]*\d[^a-z]*(e[-−+]?\d+)?( ?%| s)?$/i.test(text);
+// ---- Scenes ------------------------------------------------------------------------------------
 
-/** A table; cells that are numbers are set flush right. */
-function table(head, rows) {
-  const kind = text => isNumber(text) ? 'number' : VERDICTS.includes(text) ? text : '';
-  const cell = text => element('td', {className: kind(String(text))}, String(text));
-  const body = rows.map(row => element('tr', {}, ...row.map(text => cell(text ?? ''))));
-  const heads = head.map((text, i) =>
-    element('th', {className: isNumber(String(rows[0]?.[i])) ? 'number' : ''}, text));
-  return element('div', {className: 'wide'}, element('table', {},
-    element('thead', {}, element('tr', {}, ...heads)), element('tbody', {}, ...body)));
-}
-
-/** Any JSON as names and values; lists and objects inside are folded away. */
-function card(value) {
-  const list = element('dl', {className: 'card'});
-  for (const [name, entry] of Object.entries(value)) {
-    const simple = Array.isArray(entry) && entry.every(one => one === null || typeof one !== 'object');
-    if (entry !== null && typeof entry === 'object' && !simple) {
-      const many = Array.isArray(entry), title = Array.isArray(value) ? String(+name + 1) : name;
-      const fold = folded(many ? `${title} (${entry.length})` : title, card(entry));
-      fold.classList.toggle('list', many);
-      list.append(element('div', {className: 'nested'}, fold));
-    } else
-      list.append(element('dt', {}, name), element('dd', {}, simple ? entry.join(', ') : String(entry)));
+/** Puts what compares its pictures into a scene's section. */
+async function bringToLife(scene) {
+  await Promise.all(scene.pictures.map(loadPicture));
+  const {section, pictures} = scene, form = document.getElementById('viewer').content.cloneNode(true).firstElementChild;
+  section.querySelector('h3').before(form);
+  scene.viewer = new Viewer(form, pictures);
+  section.querySelectorAll('.pictures img').forEach((image, i) => image.replaceWith(pictures[i].canvas));
+  for (const {cells} of section.querySelectorAll('.verdict > tr:first-child')) {
+    const [a, b] = [0, 1].map(i => pictures.findIndex(({title}) => title === cells[i].textContent));
+    if (a >= 0 && b >= 0)
+      cells[4].append(element('button', {type: 'button', onclick: () => scene.viewer.choose(a, b)}, 'View'));
   }
-  return list;
-}
-
-function verdictRows(verdict, show) {
-  const whole = verdict.rows.find(row => row.where === 'image' && row.channel === 'all') ?? {};
-  const cells = [
-    element('td', {}, verdict.test), element('td', {}, verdict.reference),
-    element('td', {className: verdict.verdict}, verdict.verdict),
-    element('td', {className: 'number'}, percent(whole.bias, whole.confidence)),
-    element('td', {}, show ? element('button', {type: 'button', onclick: show}, 'View') : null)];
-  const rows = verdict.rows.map(row => [row.where, row.channel, number(row.test),
-    number(row.reference), percent(row.bias, row.confidence), row.verdict]);
-  const heads = ['where', 'channel', 'test', 'reference', 'bias', 'verdict'];
-  const more = element('td', {colSpan: cells.length},
-    element('p', {className: 'explanation'}, verdict.explanation),
-    folded('Regions and channels', table(heads, rows)), command(verdict.command));
-  return element('tbody', {className: 'verdict'}, element('tr', {}, ...cells), element('tr', {}, more));
-}
-
-function verdictTable(scene, viewer) {
-  const bodies = scene.verdicts.map(verdict => {
-    const [a, b] = ['test', 'reference'].map(side =>
-      scene.pictures.findIndex(picture => picture.title === verdict[side]));
-    return verdictRows(verdict, a < 0 || b < 0 ? null : () => viewer.choose(a, b));
-  });
-  const heads = ['Test', 'Reference', 'Verdict', 'Bias of the whole', ''];
-  return element('div', {className: 'wide'}, element('table', {className: 'verdicts'},
-    element('thead', {}, element('tr', {}, ...heads.map(text => element('th', {}, text)))), ...bodies));
-}
-
-function plot(title, result) {
-  if (!result) return [];
-  // As an image of its own, because plots inlined side by side would share their ids.
-  const image = result.svg ? element('img', {
-    className: 'plot', alt: `${title}: ${result.sentences.join(' ')}`,
-    src: 'data:image/svg+xml;charset=utf-8,' + encodeURIComponent(result.svg)}) : null;
-  return [element('h3', {}, title), image,
-    ...result.sentences.map(sentence => element('p', {}, sentence)),
-    result.table?.rows.length ? table(result.table.head, result.table.rows) : null,
-    command(result.command)];
-}
-
-const seconds = picture => typeof picture.seconds === 'number' ? `, ${number(picture.seconds)}\u00a0s` : '';
-const thumbnail = picture => element('figure', {}, picture.canvas,
-  element('figcaption', {}, picture.title + seconds(picture)));
-
-function sceneSection(scene) {
-  const section = document.getElementById('scene').content.cloneNode(true).firstElementChild;
-  section.querySelector('h2').textContent = scene.title;
-  section.querySelector('.pictures').append(...scene.pictures.map(thumbnail));
-  const viewer = new Viewer(section.querySelector('.viewer'), scene.pictures);
-  const results = element('div', {},
-    scene.verdicts.length ? element('h3', {}, 'Verdicts') : null,
-    scene.verdicts.length ? verdictTable(scene, viewer) : null,
-    ...plot('Convergence', scene.convergence), ...plot('Speed against accuracy', scene.chart),
-    element('h3', {}, 'How the pictures were made'),
-    ...scene.pictures.map(picture =>
-      folded(picture.title + seconds(picture), command(picture.command), card(picture.card ?? {}))));
-  section.querySelector('.results').replaceWith(results);
-  return {section, viewer, name: scene.name, title: scene.title};
 }
 
 // ---- The page ----------------------------------------------------------------------------------
 
 function showScene(scenes) {
   const current = scenes.find(scene => `#${scene.name}` === decodeURIComponent(location.hash)) ?? scenes[0];
-  for (const scene of scenes) {
-    scene.section.hidden = scene !== current;
-    scene.link.toggleAttribute('aria-current', scene === current);
+  for (const {section, tab} of scenes) {
+    const isCurrent = section === current.section;
+    section.hidden = !isCurrent;
+    tab.setAttribute('aria-selected', isCurrent);
+    tab.tabIndex = isCurrent ? 0 : -1;
   }
-  current?.viewer.draw();
+  current.viewer?.draw();
   return current;
+}
+
+/** Without a script all scenes are one page, and the tabs are links to their headings. */
+function makeTabs(scenes) {
+  const nav = document.querySelector('nav');
+  nav.setAttribute('role', 'tablist');
+  for (const scene of scenes) {
+    scene.section = document.getElementById(scene.name);
+    scene.tab = document.getElementById(`tab-${scene.name}`);
+    scene.tab.setAttribute('role', 'tab');
+    scene.tab.setAttribute('aria-controls', scene.name);
+    scene.section.setAttribute('role', 'tabpanel');
+    scene.section.setAttribute('aria-labelledby', scene.tab.id);
+    // Not as a link, which would scroll there and take the focus from the tab.
+    scene.tab.onclick = event => {
+      event.preventDefault();
+      history.pushState(null, '', `#${scene.name}`);
+      onhashchange();
+    };
+  }
+  nav.onkeydown = event => {
+    const at = scenes.findIndex(({tab}) => tab === event.target), last = scenes.length - 1;
+    const next = {ArrowLeft: at > 0 ? at - 1 : last, ArrowRight: at < last ? at + 1 : 0, Home: 0, End: last, ' ': at}[event.key];
+    if (next === undefined) return;
+    event.preventDefault();
+    scenes[next].tab.focus();
+    scenes[next].tab.click();
+  };
 }
 
 function listenToPage(scenes) {
@@ -202,41 +154,34 @@ function listenToPage(scenes) {
   onkeydown = event => {
     const {target} = event, waits = event.key === ' ' && target.closest('button, summary, a');
     if (event.ctrlKey || event.metaKey || event.altKey || target.closest('select') || waits) return;
-    if (current?.viewer.act(event.key)) event.preventDefault();
+    if (current.viewer?.act(event.key)) event.preventDefault();
   };
   // On paper there is nothing to click: all scenes, both pictures and all but long lists are seen.
   onbeforeprint = () => {
     folds = [...document.querySelectorAll('details:not([open])')].filter(fold => !fold.closest('.list'));
     folds.forEach(fold => { fold.open = true; });
-    modes = scenes.map(({viewer}) => viewer.mode);
+    modes = scenes.map(({viewer}) => viewer?.mode);
     scenes.forEach(({section, viewer}) => {
       section.hidden = false;
-      viewer.show(viewer.mode in MAPS ? viewer.mode : 'side');
+      viewer?.show(viewer.mode in MAPS ? viewer.mode : 'side');
     });
   };
   onafterprint = () => {
     folds.forEach(fold => { fold.open = false; });
-    scenes.forEach(({viewer}, i) => viewer.show(modes[i]));
-    showScene(scenes);
+    scenes.forEach(({viewer}, i) => viewer?.show(modes[i]));
+    current = showScene(scenes);
   };
 }
 
 async function start() {
-  const data = JSON.parse(document.getElementById('data').textContent);
-  document.title = document.querySelector('h1').textContent = data.title;
-  document.querySelector('.made').textContent = `Plumbline ${data.version} · ${data.made} · ${data.host}`;
-  document.querySelector('.incomplete').textContent = data.incomplete;
-  for (const list of ['summary', 'notes'])
-    document.querySelector(`.${list}`).append(...data[list].map(text => element('li', {}, text)));
+  const scenes = JSON.parse(document.getElementById('data').textContent);
+  makeTabs(scenes);
+  listenToPage(scenes);
   if (!('DecompressionStream' in window))
     throw new Error('This browser cannot unpack the pictures. It lacks DecompressionStream, which ' +
       'Chrome and Edge have since version 80, Safari since 16.4 and Firefox since 113.');
-  await Promise.all(data.scenes.flatMap(scene => scene.pictures).map(loadPicture));
-  const scenes = data.scenes.map(sceneSection);
-  scenes.forEach(scene => { scene.link = element('a', {href: `#${scene.name}`}, scene.title); });
-  document.querySelector('nav').append(...scenes.map(scene => scene.link));
-  document.querySelector('main').append(...scenes.map(scene => scene.section));
-  listenToPage(scenes);
+  // The one that is looked at comes first.
+  for (const scene of [...scenes].sort((a, b) => a.section.hidden - b.section.hidden)) await bringToLife(scene);
   document.body.classList.add('ready');
 }
 

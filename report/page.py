@@ -3,11 +3,15 @@
 """Fills the report's page: one HTML file that holds style, script, pictures and numbers."""
 
 import base64
+import html
 import json
 import math
 import pathlib
+import re
 import struct
 import zlib
+
+import sections
 
 HERE = pathlib.Path(__file__).resolve().parent
 LARGEST_HALF = 65504.0
@@ -71,16 +75,24 @@ def link_to_lessons(file):
 
 def write_page(data, file):
     """Writes the page beside `file` and renames it: a killed run leaves the old page or the new one."""
-    # A "<" in the data would let a title end the script element.
-    text = json.dumps(_json_value(data), separators=(",", ":")).replace("<", "\\u003c")
-    page = (HERE / "page.html").read_text("utf-8")
-    for name, content in (
-        ("style", (HERE / "page.css").read_text("utf-8")),
-        ("script", _script("pictures.js") + _script("viewer.js") + _script("page.js")),
-        ("lessons", link_to_lessons(file)),
-        ("data", text),
-    ):
-        page = page.replace("{{" + name + "}}", content, 1)
+    data = _json_value(data)
+    pictures = [{"name": scene["name"], "pictures": [
+        {name: picture[name] for name in ("title", "width", "height", "values", "errors")}
+        for picture in scene["pictures"]]} for scene in data["scenes"]]
+    parts = {
+        "title": html.escape(data["title"]),
+        "made": html.escape(f"Plumbline {data['version']} · {data['made']} · {data['host']}"),
+        "incomplete": html.escape(data["incomplete"]),
+        **{name: "".join(sections.text("li", line) for line in data[name]) for name in ("summary", "notes")},
+        "tabs": "".join(map(sections.tab, data["scenes"])),
+        "scenes": "\n".join(map(sections.section, data["scenes"])),
+        "style": (HERE / "page.css").read_text("utf-8"),
+        "script": _script("pictures.js") + _script("viewer.js") + _script("page.js"),
+        "lessons": link_to_lessons(file),
+        # A "<" in the data would let a title end the script element.
+        "data": json.dumps(pictures, separators=(",", ":")).replace("<", "\\u003c"),
+    }
+    page = re.sub("{{([a-z]+)}}", lambda match: parts[match[1]], (HERE / "page.html").read_text("utf-8"))
     file = pathlib.Path(file)
     unfinished = file.with_name(file.name + ".part")
     unfinished.write_text(page, "utf-8")

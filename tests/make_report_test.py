@@ -4,7 +4,7 @@
 are stood in for, and an interrupt loses nothing. Run as: make_report_test.py PLUMB"""
 
 import base64
-import json
+import copy
 import os
 import pathlib
 import re
@@ -24,10 +24,18 @@ sys.path.insert(0, str(ROOT / "report"))
 import make_report  # noqa: E402
 
 
-def data_of(file):
-    text = file.read_text("utf-8")
-    return json.loads(re.search(r'<script type="application/json"[^>]*>(.*?)</script>', text,
-                                re.DOTALL)[1])
+def keep_pages(test):
+    """What each page of the test holds, in a list that grows."""
+    pages = []
+
+    def keep(data, file):
+        write(data, file)
+        pages.append(copy.deepcopy(data))
+    write = make_report.page.write_page
+    patch = mock.patch.object(make_report.page, "write_page", keep)
+    patch.start()
+    test(patch.stop)
+    return pages
 
 
 def table(installed):
@@ -44,15 +52,17 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
                                     methods="mis", samplers="sobol", last=16, runs=2,
                                     best=64)
         make_report.other_renderers = lambda _: table([])
+        pages = keep_pages(cls.addClassCleanup)
         cls.file, cls.lines = make_report.make(PLUMB, cls.plan)
-        cls.scene = data_of(cls.file)["scenes"][0]
+        cls.data = pages[-1]
+        cls.scene = cls.data["scenes"][0]
 
     @classmethod
     def tearDownClass(cls):
         cls.folder.cleanup()
 
     def test_says_what_is_missing_and_shows_what_is_stored(self):
-        notes = " ".join(data_of(self.file)["notes"])
+        notes = " ".join(self.data["notes"])
         for program in ("Cycles", "POV-Ray", "Mitsuba"):
             self.assertIn(f"{program} is not installed", notes)
         titles = [picture["title"] for picture in self.scene["pictures"]]
@@ -63,6 +73,7 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
         verdicts = {(v["test"], v["reference"]): v["verdict"] for v in self.scene["verdicts"]}
         self.assertEqual(verdicts["Plumbline, stored", "Cycles, stored"], "same")
         self.assertEqual(len(self.lines), len(verdicts))
+        self.assertRegex(self.data["summary"][0], r"^Cornell box: the same in \d of 3 comparisons")
 
     def test_plots_have_each_series(self):
         for kind in ("convergence", "chart"):
@@ -114,22 +125,16 @@ class ReportInStages(unittest.TestCase):
         self.plan = make_report.Plan(
             out=pathlib.Path(folder.name), scenes=("cornell",), methods="mis", samplers="sobol",
             last=4, runs=2, best=16, samples=(4, 16))
-        self.pages = []
-
-        def keep_page(data, file):
-            make_report_write(data, file)
-            self.pages.append(data_of(file))
-        make_report_write = make_report.page.write_page
+        self.pages = keep_pages(self.addCleanup)
         for patch in (
                 mock.patch.object(make_report, "other_renderers",
                                   lambda _: table(["cycles", "povray"])),
-                mock.patch.object(make_report.page, "write_page", keep_page),
                 mock.patch.object(make_report.SceneReport, "drawn", [], create=True)):
             patch.start()
             self.addCleanup(patch.stop)
 
     def make(self, reference):
-        with mock.patch.object(make_report.SceneReport, "reference", reference):
+        with mock.patch.object(make_report.SceneReport, "drawn_by", reference):
             make_report.make(PLUMB, self.plan)
 
     @staticmethod
@@ -164,9 +169,46 @@ class ReportInStages(unittest.TestCase):
             return draw_stored(report, program, *arguments)
         with self.assertRaises(KeyboardInterrupt):
             self.make(interrupted)
-        last = data_of(self.plan.out / "report.html")
+        last = self.pages[-1]
         self.assertIn("Rendering ended before POV-Ray.", last["incomplete"])
         self.assertIn("Cycles, rendered here", self.titles(last))
+
+
+class ReportOfAllScenes(unittest.TestCase):
+    def test_shows_every_scene_that_has_a_folder_of_its_own(self):
+        scenes = make_report.all_scenes()
+        self.assertEqual(scenes[:2], ("cornell", "seed"))
+        self.assertLessEqual({"spheres", "metals"}, set(scenes))
+        self.assertFalse({"stress", "findings"} & set(scenes))
+
+    def test_a_scene_without_stored_pictures_is_held_against_what_is_drawn_here(self):
+        def draw(report, program, name, *_):
+            if program == "povray":
+                raise make_report.Trouble("it has no glass")
+            return report.rendered(program, report.folder / f"{name}.exr", "render", report.scene,
+                                   "--method", "bsdf", "--spp", 4, "--seed", int(name.split("seed")[1]))
+
+        with tempfile.TemporaryDirectory() as folder:
+            scenes = pathlib.Path(folder) / "scenes"
+            (scenes / "glass_room").mkdir(parents=True)
+            shutil.copy(ROOT / "reference_scenes" / "spheres" / "scene.xml", scenes / "glass_room")
+            pages = keep_pages(self.addCleanup)
+            with mock.patch.object(make_report, "SCENES", scenes), \
+                    mock.patch.object(make_report, "other_renderers", lambda _: table(["cycles", "povray"])), \
+                    mock.patch.object(make_report.SceneReport, "drawn_by", draw):
+                make_report.make(PLUMB, make_report.Plan(out=pathlib.Path(folder), scenes=("glass_room",),
+                                                         methods="mis", best=16, last=4, runs=2))
+        scene = pages[-1]["scenes"][0]
+        self.assertEqual(scene["title"], "Glass room")
+        self.assertEqual([picture["title"] for picture in scene["pictures"]],
+                         ["Plumbline, rendered here", "Cycles, rendered here"])
+        self.assertEqual([(v["test"], v["reference"]) for v in scene["verdicts"]],
+                         [("Cycles, rendered here", "Plumbline, rendered here")])
+        for plot in ("convergence", "chart"):
+            self.assertIn("plumbline mis sobol", scene[plot]["svg"])
+        notes = " ".join(scene["notes"])
+        for said in ("fewer samples than Cornell box and Seed scene", "No reference", "POV-Ray did not draw this scene"):
+            self.assertIn(said, notes)
 
 
 class InterruptedReport(unittest.TestCase):
@@ -187,8 +229,8 @@ class InterruptedReport(unittest.TestCase):
             self.assertNotEqual(process.returncode, 0)
             self.assertTrue(list(kept.glob("*.exr")))
             self.assertFalse(list(kept.glob("*.part")))
-            data = data_of(pathlib.Path(folder) / "report.html")
-            self.assertIn("Rendering ended before the plots", data["incomplete"])
+            page = (pathlib.Path(folder) / "report.html").read_text("utf-8")
+            self.assertIn("Rendering ended before the plots", page)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import zlib
 sys.dont_write_bytecode = True  # nothing but sources in report/
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "report"))
 import page  # noqa: E402
+import sections  # noqa: E402
 
 try:
     from selenium import webdriver
@@ -56,6 +57,7 @@ def picture(title, colour, marker, noise):
         plane[MARKER[1] * WIDTH + MARKER[0]] = value
     errors = [[noise] * (WIDTH * HEIGHT)] * 3
     return {"id": title, "title": title, "width": WIDTH, "height": HEIGHT, "seconds": 1.5,
+            "thumbnail": sections.thumbnail(planes, WIDTH),
             "values": page.encode_picture(planes), "command": f"plumb render {title}",
             "errors": page.encode_picture(errors) if noise else None,
             "card": {"seed": 7, "runs": [{"spp": 4}]}}
@@ -76,12 +78,12 @@ def report():
              picture("dark", B_COLOUR, (0, 0.9, 0), NOISE[1]),
              picture("noise unknown", (0.2, 0.2, 0.2), (0, 0, 0), None)]
     second = [picture("other", (0.5, 0.5, 0.5), (0, 0, 0), None)]
-    scene = {"verdicts": [verdict], "convergence": result, "chart": result}
+    scene = {"notes": ["It is <quick>."], "verdicts": [verdict], "convergence": result, "chart": result}
     return {"title": "A <report>", "made": "today", "host": "here", "version": "1", "notes": [],
             "incomplete": "",
             "summary": ["All is well."], "scenes": [
                 {"name": "first", "title": "First scene", "pictures": first, **scene},
-                {"name": "second", "title": "Second scene", "pictures": second, "verdicts": [],
+                {"name": "second", "title": "Second scene", "pictures": second, "notes": [], "verdicts": [],
                  "convergence": None, "chart": None}]}
 
 
@@ -108,13 +110,19 @@ class Page(unittest.TestCase):
         cls.addClassCleanup(cls.folder.cleanup)
         cls.file = pathlib.Path(cls.folder.name) / "report.html"
         page.write_page(report(), cls.file)
+        cls.driver = cls.start()
+
+    @classmethod
+    def start(cls, **preferences):
         options = webdriver.ChromeOptions()
         options.binary_location = CHROMIUM
         for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1000,1400"):
             options.add_argument(argument)
+        options.add_experimental_option("prefs", preferences)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        cls.driver = webdriver.Chrome(service=Service(CHROMEDRIVER), options=options)
-        cls.addClassCleanup(cls.driver.quit)
+        driver = webdriver.Chrome(service=Service(CHROMEDRIVER), options=options)
+        cls.addClassCleanup(driver.quit)
+        return driver
 
     def setUp(self):
         self.open_page()
@@ -122,6 +130,9 @@ class Page(unittest.TestCase):
     def open_page(self):
         self.driver.get("about:blank")  # or else only the fragment might change
         self.driver.get(self.file.as_uri())
+        self.wait_for_page()
+
+    def wait_for_page(self):
         WebDriverWait(self.driver, 20).until(
             lambda driver: driver.find_elements(By.CSS_SELECTOR, "body.ready, #trouble:not([hidden])"))
 
@@ -274,6 +285,38 @@ class Page(unittest.TestCase):
         self.assert_shows(self.colour(3, 3), [0.5] * 3)
         self.driver.back()
         self.assertEqual(self.find("h2").text, "First scene")
+
+    def test_scenes_are_tabs_that_keys_choose_and_the_address_names(self):
+        def tabs(name):
+            return [tab.get_attribute(name) for tab in self.driver.find_elements(By.CSS_SELECTOR, "[role=tab]")]
+        self.assertEqual(tabs("aria-selected"), ["true", "false"])
+        for tab, scene in zip(tabs("aria-controls"), ("First scene", "Second scene")):
+            panel = self.driver.find_element(By.ID, tab)
+            self.assertEqual(panel.get_attribute("role"), "tabpanel")
+            self.assertEqual(self.driver.find_element(By.ID, panel.get_attribute("aria-labelledby")).text, scene)
+        self.driver.find_element(By.LINK_TEXT, "First scene").send_keys(Keys.ARROW_RIGHT)
+        self.assertEqual(self.find("h2").text, "Second scene")
+        self.assertEqual(self.driver.switch_to.active_element.text, "Second scene")
+        self.assertEqual(tabs("aria-selected"), ["false", "true"])
+        self.assertTrue(self.driver.current_url.endswith("#second"))
+        self.driver.refresh()
+        self.wait_for_page()
+        self.assertEqual(self.find("h2").text, "Second scene")
+        self.driver.find_element(By.LINK_TEXT, "Second scene").send_keys(Keys.HOME)
+        self.assertEqual(self.find("h2").text, "First scene")
+
+    def test_without_a_script_all_scenes_are_one_page(self):
+        driver = self.start(**{"profile.managed_default_content_settings.javascript": 2})
+        driver.get(self.file.as_uri())
+        self.assertEqual([one.text for one in driver.find_elements(By.TAG_NAME, "h2")][:2],
+                         ["First scene", "Second scene"])
+        text = driver.find_element(By.TAG_NAME, "main").text
+        for said in ("It is <quick>.", "+1.230 %", "They differ.", "plumb compare", "It falls.", "noise unknown, 1.5"):
+            self.assertIn(said, text)
+        for picture in driver.find_elements(By.CSS_SELECTOR, ".pictures img"):
+            self.assertTrue(picture.is_displayed())
+            self.assertEqual(picture.get_property("naturalWidth"), WIDTH // 2)
+        self.assertTrue(driver.find_element(By.CSS_SELECTOR, "noscript .trouble").is_displayed())
 
     def test_on_paper_everything_is_open(self):
         def shown(selector):
