@@ -128,7 +128,7 @@ def plot(title, result):
                   f"{title}: {' '.join(result['sentences'])}", class_="plot")
     return (text("h3", title) + drawn +
             "".join(text("p", sentence) for sentence in result["sentences"]) +
-            (table(result["table"]["head"], result["table"]["rows"]) if result["table"]["rows"] else "") +
+            (folded("Table", table(result["table"]["head"], result["table"]["rows"])) if result["table"]["rows"] else "") +
             command(result["command"]))
 
 
