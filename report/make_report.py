@@ -276,11 +276,13 @@ def summary(scenes):
 
 def overview(scene):
     """A line for the page's head."""
-    verdicts = scene["verdicts"]
-    others = [f"; {verdict['test']} against {verdict['reference']}: {verdict['verdict']}" for verdict in verdicts
-              if verdict["verdict"] != "same"]
-    count = f"the same in {len(verdicts) - len(others)} of {len(verdicts)} comparisons"
-    return f"{scene['title']}: {count if verdicts else 'nothing to compare it with'}{''.join(others)}"
+    parts = []
+    for word in sections.VERDICTS:
+        found = [verdict for verdict in scene["verdicts"] if verdict["verdict"] == word]
+        programs = {side.split(",")[0] for verdict in found for side in (verdict["test"], verdict["reference"])}
+        if found:
+            parts.append(f"{len(found)} {word} ({', '.join(sorted(programs - {'Plumbline'}))})")
+    return f"{scene['title']}, comparisons: {', '.join(parts) or 'none'}"
 
 
 @dataclass
