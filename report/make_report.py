@@ -54,7 +54,7 @@ class Plan:
         """For so many scenes that all of them take a quarter of an hour."""
         return replace(self, samplers="sobol", last=min(self.last, 64), best=min(self.best, 1024),
                        runs=min(self.runs, 2), cut_bounces="", samples=self.samples[1:3],
-                       qualities=self.qualities[-1:])
+                       qualities=self.qualities[:1])
 
 
 def floor(renderer):
@@ -118,7 +118,8 @@ class SceneReport:
             self.notes.append(
                 f"Drawn with fewer samples than {' and '.join(map(page.title_of, THOROUGH))}, so that all scenes "
                 f"take a quarter of an hour: Plumbline's picture has {self.plan.best}, its plots end at "
-                f"{self.plan.last}, and other programs' at {self.plan.samples[-1]}.")
+                f"{self.plan.last}, other programs' at {self.plan.samples[-1]}, or there is one of "
+                f"{self.plan.qualities[0]} quality.")
 
     def run(self, what, *arguments, **options):
         return self.plumb.run(f"{self.title}: {what}", *arguments, **options)
@@ -294,9 +295,9 @@ class Stage:
 
 
 def stages(others):
-    return [Stage("Plumbline's pictures", "1", SceneReport.draw_ours),
-            Stage("the plots", "2", SceneReport.draw_series),
-            *(Stage(other["name"], "2 or 3", lambda report, other=other: report.draw_by(other))
+    return [Stage("Plumbline's pictures", "1 or 2", SceneReport.draw_ours),
+            Stage("the plots", "2 or 3", SceneReport.draw_series),
+            *(Stage(other["name"], "3 or 4", lambda report, other=other: report.draw_by(other))
               for other in others if other["isInstalled"])]
 
 
