@@ -40,12 +40,19 @@ std::string camera_text(const Camera& c) {
                      filter == 0.0 ? "" : fmt::format(", gaussian_width={}", filter));
 }
 
+std::string surface_text(const Bsdf& bsdf) {
+  std::string text =
+      fmt::format("{}={}", bsdf.is_specular() ? "mirror" : "diffuse", tuple(bsdf.reflectance));
+  if (bsdf.is_metal()) text += fmt::format(", eta={}, k={}", tuple(bsdf.eta), tuple(bsdf.k));
+  if (bsdf.kind == Bsdf::Kind::dielectric) {
+    text += fmt::format(", glass={}, transmittance={}", bsdf.ior, tuple(bsdf.transmittance));
+  }
+  if (bsdf.two_sided) text += ", two_sided=True";
+  return text;
+}
+
 std::string shape_text(const Shape& shape) {
-  const Bsdf& bsdf = shape.bsdf;
-  const bool is_mirror = bsdf.kind == Bsdf::Kind::conductor;
-  std::string surface =
-      fmt::format("{}={}", is_mirror ? "mirror" : "diffuse", tuple(bsdf.reflectance));
-  if (bsdf.two_sided) surface += ", two_sided=True";
+  std::string surface = surface_text(shape.bsdf);
   if (shape.is_lamp()) surface += fmt::format(", radiance={}", tuple(shape.radiance));
 
   const std::string name = plain_identifier(shape.id);
@@ -63,7 +70,7 @@ std::string shape_text(const Shape& shape) {
 
 std::string scene_text(const Scene& scene) {
   std::string shapes;
-  for (const Shape& shape : scene.shapes) shapes += shape_text(shape);
+  for (const Shape& shape : without_radiance_steps(scene).shapes) shapes += shape_text(shape);
   return fmt::format(R"(# The scene {0}, from the scene file with SHA-1 {1}. To draw it:
 #   blender -b --python {0}.py -- -o {0}.exr --spp 256
 {4}# Coordinates are the scene file's, colours are linear RGB.

@@ -5,14 +5,80 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "images/output_file.h"
+#include "scene/surfaces.h"
 
 namespace plumb {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+// A point of a surface, not on any line of symmetry.
+Vec3 some_point(const Surface& surface) {
+  if (const Sphere* sphere = surface.sphere()) {
+    return sphere->center + Vec3(0.36, 0.48, 0.8) * sphere->radius;
+  }
+  const auto& c = surface.polygon()->corners;
+  return c[0] * 0.57 + c[1] * 0.3 + c[2] * 0.13;
+}
+
+// Glass, and what refractive index is where.
+class Media {
+ public:
+  explicit Media(const Scene& scene) : surfaces_(list_surfaces(scene)) {
+    std::erase_if(surfaces_, [](const Surface& surface) {
+      return surface.shape->bsdf.kind != Bsdf::Kind::dielectric;
+    });
+    const Shape* last = nullptr;
+    for (const Surface& surface : surfaces_) {
+      if (surface.shape != last) targets_.push_back(some_point(surface));
+      last = surface.shape;
+    }
+  }
+
+  // In that of what surrounds all glass. Whatever the direction, it must be the same.
+  double index_at(const Vec3& point) const {
+    std::optional<double> index;
+    for (const Vec3& target : targets_) {
+      for (const double sign : {1.0, -1.0}) {
+        const double seen = index_along({point, (target - point) * sign});
+        if (index && std::abs(seen - *index) > 1e-6 * *index) {
+          throw std::invalid_argument("some glass has a front and a back, but no inside");
+        }
+        index = seen;
+      }
+    }
+    return index.value_or(1.0);
+  }
+
+ private:
+  double index_along(const Ray& to_outside) const {
+    constexpr double margin = 1e-6;
+    double index = 1.0;
+    for (const Surface& surface : surfaces_) {
+      Ray ray = to_outside;
+      for (double t; std::isfinite(t = surface.intersect(ray, margin));) {
+        ray.origin = ray.at(t);
+        const double ior = surface.shape->bsdf.ior;
+        const bool is_front = surface.normal(ray.origin).dot(ray.direction) < 0.0;
+        index *= is_front ? 1.0 / ior : ior;
+      }
+    }
+    return index;
+  }
+
+  std::vector<Surface> surfaces_;  // of glass
+  std::vector<Vec3> targets_;      // one on each shape of glass
+};
+
+}  // namespace
 
 fs::path export_scene(const OtherRenderer& renderer, const Scene& scene, const fs::path& file) {
   fs::path script = fs::path(file).replace_filename(renderer.script_name);
@@ -29,6 +95,28 @@ std::string box_filter_note(const std::string& renderer, const Filter& filter) {
   if (filter.kind == Filter::Kind::box && filter.size == 0.5) return "";
   return fmt::format("{} draws a box filter, the scene asks for {} {}", renderer,
                      names[size_t(filter.kind)], filter.size);
+}
+
+Scene without_radiance_steps(Scene scene) {
+  const Media media(scene);
+  const double here = media.index_at(scene.camera.origin);
+  for (Shape& shape : scene.shapes) {
+    if (!shape.is_lamp()) continue;
+    Scene lamp;
+    lamp.shapes = {shape};
+    std::optional<double> index;
+    for (const Surface& surface : list_surfaces(lamp)) {
+      const Vec3 point = some_point(surface);
+      const double there = media.index_at(point + surface.normal(point) * 1e-6);
+      if (index.value_or(there) != there) {
+        throw std::invalid_argument(shape.id + ": is a lamp partly inside of glass");
+      }
+      index = there;
+    }
+    const double ratio = here / index.value();
+    shape.radiance *= ratio * ratio;
+  }
+  return scene;
 }
 
 std::string comment(const std::string& mark, const std::string& note) {

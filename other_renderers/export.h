@@ -20,6 +20,11 @@ std::filesystem::path export_scene(const OtherRenderer& renderer, const Scene& s
 // That `renderer` draws a box one pixel wide; empty if that is the scene's filter.
 std::string box_filter_note(const std::string& renderer, const Filter& filter);
 
+// The scene for programs that leave radiance as it is where light goes through glass: each lamp's is
+// what the camera's refractive index makes of it, or its own index leaves of it. What glass
+// encloses no more than a part of space throws std::invalid_argument.
+Scene without_radiance_steps(Scene scene);
+
 // A line of its own, none for an empty note.
 std::string comment(const std::string& mark, const std::string& note);
 

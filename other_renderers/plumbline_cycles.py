@@ -41,14 +41,20 @@ class Camera(NamedTuple):
 class Mesh(NamedTuple):
     """Planar polygons, counter-clockwise seen from the front.
 
-    A surface is diffuse or a mirror. Its back is black unless it is two-sided. A lamp emits
-    `radiance` from its front.
+    A surface is diffuse, a mirror (of a metal if it has a complex index, of which `eta` are the
+    real parts) or glass, that has the refractive index `glass` behind the surface and tints what
+    it reflects by `mirror`, what goes through by `transmittance`. Its back is black unless it is
+    two-sided. A lamp emits `radiance` from its front.
     """
 
     name: str
     polygons: list
     diffuse: tuple = (0.0, 0.0, 0.0)
     mirror: Optional[tuple] = None
+    eta: Optional[tuple] = None
+    k: Optional[tuple] = None
+    glass: Optional[float] = None
+    transmittance: Optional[tuple] = None
     two_sided: bool = False
     radiance: Optional[tuple] = None
 
@@ -61,6 +67,10 @@ class Sphere(NamedTuple):
     radius: float
     diffuse: tuple = (0.0, 0.0, 0.0)
     mirror: Optional[tuple] = None
+    eta: Optional[tuple] = None
+    k: Optional[tuple] = None
+    glass: Optional[float] = None
+    transmittance: Optional[tuple] = None
     two_sided: bool = False
     radiance: Optional[tuple] = None
 
@@ -88,6 +98,63 @@ class Card:
             return
         if label not in self.missing:
             self.missing.append(label)
+
+
+class Nodes:
+    """A material's nodes. What goes into one is a value or another's output."""
+
+    def __init__(self, material):
+        if material.node_tree is None:  # before 5.0
+            material.use_nodes = True
+        self.tree = material.node_tree
+        self.tree.nodes.clear()
+
+    def add(self, kind, *inputs):
+        """Of its outputs, nearly always the first is wanted."""
+        node = self.tree.nodes.new(f"ShaderNode{kind}")
+        for value, socket in zip(inputs, node.inputs):
+            if isinstance(value, bpy.types.NodeSocket):
+                self.tree.links.new(value, socket)
+            elif value is not None:
+                socket.default_value = value
+        return node.outputs[0] if node.outputs else None
+
+    def lobe(self, kind, color, *more):
+        is_value = not isinstance(color, bpy.types.NodeSocket)
+        return self.add(f"Bsdf{kind}", (*color, 1.0) if is_value else color, 0.0, *more)
+
+    def math(self, operation, *operands):
+        output = self.add("Math", *operands)
+        output.node.operation = operation
+        return output
+
+    def geometry(self, name):
+        return self.add("NewGeometry").node.outputs[name]
+
+    def metal(self, eta, k, cosine):
+        """What Fresnel's equations say that the index eta + i k reflects at that cosine: with
+        a + i b = sqrt((eta + i k)^2 - sin^2), of polarised light |cos - a - i b|^2 /
+        |cos + a + i b|^2, and that times |a + i b - sin tan|^2 / |a + i b + sin tan|^2.
+        """
+        math = self.math
+
+        def ratio(whole, part):
+            return math("DIVIDE", math("SUBTRACT", whole, part), math("ADD", whole, part))
+
+        cos2 = math("MULTIPLY", cosine, cosine)
+        sin2 = math("SUBTRACT", 1.0, cos2)
+        real = math("ADD", cos2, eta * eta - k * k - 1.0)
+        size = math("SQRT", math("MULTIPLY_ADD", real, real, (2.0 * eta * k) ** 2))
+        if k > eta:  # each where nothing cancels out
+            b = math("SQRT", math("MULTIPLY", math("SUBTRACT", size, real), 0.5))
+            a = math("DIVIDE", eta * k, b)
+        else:
+            a = math("SQRT", math("MULTIPLY", math("ADD", size, real), 0.5))
+        part = math("MULTIPLY", math("MULTIPLY", a, cosine), 2.0)
+        across = ratio(math("ADD", size, cos2), part)
+        more = ratio(math("MULTIPLY_ADD", cos2, size, math("MULTIPLY", sin2, sin2)),
+                     math("MULTIPLY", part, sin2))
+        return math("MULTIPLY", across, math("MULTIPLY_ADD", more, 0.5, 0.5))
 
 
 class Builder:
@@ -137,9 +204,9 @@ class Builder:
                 self.point(shape)
         elif shape.radiance:
             for corners in shape.polygons:
-                if is_rectangle(corners):
+                if is_rectangle(corners) and not shape.glass:
                     self.rectangle_lamp(shape, [Vector(corner) for corner in corners])
-            others = [corners for corners in shape.polygons if not is_rectangle(corners)]
+            others = [corners for corners in shape.polygons if shape.glass or not is_rectangle(corners)]
             if others:
                 self.emission_sampling(self.mesh(shape._replace(polygons=others)), True)
         else:
@@ -147,29 +214,34 @@ class Builder:
 
     def material(self, shape):
         material = bpy.data.materials.new(shape.name)
-        if material.node_tree is None:  # before 5.0
-            material.use_nodes = True
-        nodes, link = material.node_tree.nodes, material.node_tree.links.new
-        nodes.clear()
-        bsdf = nodes.new("ShaderNodeBsdfGlossy" if shape.mirror else "ShaderNodeBsdfDiffuse")
-        reflectance = (0.0, 0.0, 0.0) if self.emission_only else shape.mirror or shape.diffuse
-        bsdf.inputs["Color"].default_value = (*reflectance, 1.0)
-        bsdf.inputs["Roughness"].default_value = 0.0
-        front = bsdf.outputs[0]
+        nodes = Nodes(material)
+        front = self.bsdf(nodes, shape)
+        back = front if shape.two_sided else None
         if shape.radiance:
-            emission = nodes.new("ShaderNodeEmission")
-            emission.inputs["Color"].default_value = (*shape.radiance, 1.0)
-            both = nodes.new("ShaderNodeAddShader")
-            link(front, both.inputs[0])
-            link(emission.outputs[0], both.inputs[1])
-            front = both.outputs[0]
-        sides = nodes.new("ShaderNodeMixShader")  # of which an open input is black
-        link(nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"], sides.inputs[0])
-        link(front, sides.inputs[1])
-        if shape.two_sided:
-            link(bsdf.outputs[0], sides.inputs[2])
-        link(sides.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+            front = nodes.add("AddShader", front, nodes.add("Emission", (*shape.radiance, 1.0)))
+        # An open input is black.
+        nodes.add("OutputMaterial",
+                  nodes.add("MixShader", nodes.geometry("Backfacing"), front, back))
         return material
+
+    def bsdf(self, nodes, shape):
+        if self.emission_only:
+            return nodes.lobe("Diffuse", (0.0, 0.0, 0.0))
+        if shape.glass:
+            # On the back these nodes take the index's reciprocal.
+            return nodes.add("MixShader", nodes.add("Fresnel", shape.glass),
+                             nodes.lobe("Refraction", shape.transmittance, shape.glass),
+                             nodes.lobe("Glossy", shape.mirror))
+        if shape.eta:
+            dot = nodes.add("VectorMath", nodes.geometry("Incoming"), nodes.geometry("Normal")).node
+            dot.operation = "DOT_PRODUCT"
+            cosine = nodes.math("ABSOLUTE", dot.outputs["Value"])
+            return nodes.lobe("Glossy", nodes.add("CombineXYZ", *(
+                nodes.math("MULTIPLY", nodes.metal(*index, cosine), reflectance)
+                for *index, reflectance in zip(shape.eta, shape.k, shape.mirror))))
+        if shape.mirror:
+            return nodes.lobe("Glossy", shape.mirror)
+        return nodes.lobe("Diffuse", shape.diffuse)
 
     def emission_sampling(self, thing, front):
         material = thing.data.materials[0]
@@ -298,10 +370,12 @@ def apply_settings(scene, card, options, gaussian_width):
             ("cycles.sample_clamp_indirect", 0.0),
             ("cycles.blur_glossy", 0.0),
             ("cycles.caustics_reflective", True),
+            ("cycles.caustics_refractive", True),
             ("cycles.use_fast_gi", False),
             ("cycles.max_bounces", reflections),
             ("cycles.diffuse_bounces", reflections),
             ("cycles.glossy_bounces", reflections),
+            ("cycles.transmission_bounces", reflections),
             ("cycles.transparent_max_bounces", MOST_BOUNCES),  # passing an area light is one
             ("cycles.min_light_bounces", 0),
             ("cycles.pixel_filter_type", "GAUSSIAN" if gaussian_width else "BOX"),
