@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <optional>
@@ -12,7 +13,6 @@
 #include <vector>
 
 #include "images/output_file.h"
-#include "scene/surfaces.h"
 
 namespace plumb {
 
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A point of a surface, not on any line of symmetry.
+// On no line of symmetry.
 Vec3 some_point(const Surface& surface) {
   if (const Sphere* sphere = surface.sphere()) {
     return sphere->center + Vec3(0.36, 0.48, 0.8) * sphere->radius;
@@ -29,56 +29,81 @@ Vec3 some_point(const Surface& surface) {
   return c[0] * 0.57 + c[1] * 0.3 + c[2] * 0.13;
 }
 
-// Glass, and what refractive index is where.
-class Media {
- public:
-  explicit Media(const Scene& scene) : surfaces_(list_surfaces(scene)) {
-    std::erase_if(surfaces_, [](const Surface& surface) {
-      return surface.shape->bsdf.kind != Bsdf::Kind::dielectric;
-    });
-    const Shape* last = nullptr;
-    for (const Surface& surface : surfaces_) {
-      if (surface.shape != last) targets_.push_back(some_point(surface));
-      last = surface.shape;
-    }
-  }
-
-  // In that of what surrounds all glass. Whatever the direction, it must be the same.
-  double index_at(const Vec3& point) const {
-    std::optional<double> index;
-    for (const Vec3& target : targets_) {
-      for (const double sign : {1.0, -1.0}) {
-        const double seen = index_along({point, (target - point) * sign});
-        if (index && std::abs(seen - *index) > 1e-6 * *index) {
-          throw std::invalid_argument("some glass has a front and a back, but no inside");
-        }
-        index = seen;
-      }
-    }
-    return index.value_or(1.0);
-  }
-
- private:
-  double index_along(const Ray& to_outside) const {
-    constexpr double margin = 1e-6;
-    double index = 1.0;
-    for (const Surface& surface : surfaces_) {
-      Ray ray = to_outside;
-      for (double t; std::isfinite(t = surface.intersect(ray, margin));) {
-        ray.origin = ray.at(t);
-        const double ior = surface.shape->bsdf.ior;
-        const bool is_front = surface.normal(ray.origin).dot(ray.direction) < 0.0;
-        index *= is_front ? 1.0 / ior : ior;
-      }
-    }
-    return index;
-  }
-
-  std::vector<Surface> surfaces_;  // of glass
-  std::vector<Vec3> targets_;      // one on each shape of glass
-};
+double size(const Surface& surface) {
+  if (const Sphere* sphere = surface.sphere()) return sphere->radius;
+  const auto& c = surface.polygon()->corners;
+  return (c[1] - c[0]).length();
+}
 
 }  // namespace
+
+Media::Media(const std::vector<Shape>& shapes) {
+  for (const Shape& shape : shapes) {
+    if (is_glass(shape)) holder_.shapes.push_back(shape);
+  }
+  surfaces_ = list_surfaces(holder_);
+  const Shape* last = nullptr;
+  for (const Surface& surface : surfaces_) {
+    if (surface.shape != last) targets_.push_back(some_point(surface));
+    last = surface.shape;
+  }
+}
+
+double Media::index_at(const Vec3& point) const {
+  std::optional<double> index;
+  for (const Vec3& target : targets_) {
+    for (const double sign : {1.0, -1.0}) {
+      const double seen = index_along({point, (target - point) * sign});
+      if (index && std::abs(seen - *index) > 1e-6 * *index) {
+        throw std::invalid_argument("there is glass that has two sides, but no inside");
+      }
+      index = seen;
+    }
+  }
+  return index.value_or(1.0);
+}
+
+double Media::index_before(const Shape& shape) const {
+  Scene alone;
+  alone.shapes = {shape};
+  const std::vector<Surface> surfaces = list_surfaces(alone);
+  std::optional<double> index;
+  const size_t step = std::max<size_t>(1, surfaces.size() / 64);
+  for (size_t i = 0; i < surfaces.size(); i += step) {
+    const Vec3 point = some_point(surfaces[i]);
+    const Vec3 off = surfaces[i].normal(point) * (1e-6 * size(surfaces[i]));
+    const double there = index_at(point + off);
+    if (std::abs(there - index.value_or(there)) > 1e-6 * there) {
+      throw std::invalid_argument(shape.id + " is partly in glass");
+    }
+    index = there;
+  }
+  return index.value_or(1.0);
+}
+
+double Media::index_along(const Ray& ray) const {
+  constexpr double beyond = 1.0 + 1e-9;  // the last one that was met
+  double index = 1.0;
+  for (const Surface& surface : surfaces_) {
+    for (double t = 0.0; std::isfinite(t = surface.intersect(ray, t * beyond));) {
+      const double ior = surface.shape->bsdf.ior;
+      const bool is_front = surface.normal(ray.at(t)).dot(ray.direction) < 0.0;
+      index *= is_front ? 1.0 / ior : ior;
+    }
+  }
+  return index;
+}
+
+Scene without_radiance_steps(Scene scene) {
+  const Media media(scene.shapes);
+  const double here = media.index_at(scene.camera.origin);
+  for (Shape& shape : scene.shapes) {
+    if (!shape.is_lamp()) continue;
+    const double ratio = here / media.index_before(shape);
+    shape.radiance *= ratio * ratio;
+  }
+  return scene;
+}
 
 fs::path export_scene(const OtherRenderer& renderer, const Scene& scene, const fs::path& file) {
   fs::path script = fs::path(file).replace_filename(renderer.script_name);
@@ -95,28 +120,6 @@ std::string box_filter_note(const std::string& renderer, const Filter& filter) {
   if (filter.kind == Filter::Kind::box && filter.size == 0.5) return "";
   return fmt::format("{} draws a box filter, the scene asks for {} {}", renderer,
                      names[size_t(filter.kind)], filter.size);
-}
-
-Scene without_radiance_steps(Scene scene) {
-  const Media media(scene);
-  const double here = media.index_at(scene.camera.origin);
-  for (Shape& shape : scene.shapes) {
-    if (!shape.is_lamp()) continue;
-    Scene lamp;
-    lamp.shapes = {shape};
-    std::optional<double> index;
-    for (const Surface& surface : list_surfaces(lamp)) {
-      const Vec3 point = some_point(surface);
-      const double there = media.index_at(point + surface.normal(point) * 1e-6);
-      if (index.value_or(there) != there) {
-        throw std::invalid_argument(shape.id + ": is a lamp partly inside of glass");
-      }
-      index = there;
-    }
-    const double ratio = here / index.value();
-    shape.radiance *= ratio * ratio;
-  }
-  return scene;
 }
 
 std::string comment(const std::string& mark, const std::string& note) {

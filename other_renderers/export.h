@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "other_renderers/other_renderer.h"
+#include "scene/surfaces.h"
 
 namespace plumb {
 
@@ -20,9 +21,27 @@ std::filesystem::path export_scene(const OtherRenderer& renderer, const Scene& s
 // That `renderer` draws a box one pixel wide; empty if that is the scene's filter.
 std::string box_filter_note(const std::string& renderer, const Filter& filter);
 
-// The scene for programs that leave radiance as it is where light goes through glass: each lamp's is
-// what the camera's refractive index makes of it, or its own index leaves of it. What glass
-// encloses no more than a part of space throws std::invalid_argument.
+inline bool is_glass(const Shape& shape) { return shape.bsdf.kind == Bsdf::Kind::dielectric; }
+
+// Which refractive index is where, in that of what surrounds all glass. Throws
+// std::invalid_argument if there's glass that encloses nothing, or a shape that is partly in glass.
+class Media {
+ public:
+  explicit Media(const std::vector<Shape>& shapes);
+
+  double index_at(const Vec3& point) const;
+  double index_before(const Shape& shape) const;
+
+ private:
+  double index_along(const Ray& ray) const;
+
+  Scene holder_;  // of the shapes of glass
+  std::vector<Surface> surfaces_;
+  std::vector<Vec3> targets_;  // one on each shape: to there, and away from there, nothing is lost
+};
+
+// The scene for programs that leave radiance as it is where light goes through glass: in it lamps
+// have the radiance that the camera's surroundings make of it.
 Scene without_radiance_steps(Scene scene);
 
 // A line of its own, none for an empty note.

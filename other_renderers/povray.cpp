@@ -9,6 +9,7 @@
 #include <numbers>
 #include <ranges>
 #include <regex>
+#include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
@@ -47,7 +48,7 @@ std::string surface(const Shape& shape) {
                         corner_list(polygon.corners));
   }
   // Else photons are aimed at every triangle by itself, and those that miss it count for others.
-  if (!is_mesh && shape.bsdf.kind == Bsdf::Kind::conductor) text += "  split_union off\n";
+  if (!is_mesh && shape.bsdf.is_specular()) text += "  split_union off\n";
   return text + "  Surface()\n}\n";
 }
 
@@ -125,7 +126,7 @@ struct LampPart {
     double distance = far;
     for (const Shape& shape : shapes) {
       const Bsdf& bsdf = shape.bsdf;
-      if (bsdf.kind == Bsdf::Kind::conductor || bsdf.reflectance == Rgb(0.0)) continue;
+      if (bsdf.is_specular() || bsdf.reflectance == Rgb(0.0)) continue;
       if (const auto* ball = std::get_if<Sphere>(&shape.geometry)) {
         const bool is_itself = corners.empty() && ball->center == bounds.center;
         if (!is_itself) distance = std::min(distance, distance_to(*ball));
@@ -215,17 +216,63 @@ std::string filter_note(const Scene& scene) {
   return box_filter_note("POV-Ray", scene.camera.filter);
 }
 
+std::string notes(const Scene& scene) {
+  std::string notes = filter_note(scene);
+  if (std::ranges::any_of(scene.shapes, [](const Shape& shape) {
+        return is_glass(shape) && shape.bsdf.reflectance != Rgb(1.0);
+      })) {
+    notes += notes.empty() ? "" : "; ";
+    notes += "POV-Ray lets glass transmit what its reflectance doesn't reflect";
+  }
+  return notes;
+}
+
+void refuse(const std::string& what) { throw std::invalid_argument("POV-Ray can't draw " + what); }
+
+// Throws std::invalid_argument for what would be wrong.
+void check(const Scene& scene, const Media& media) {
+  // In glass radiance isn't what it is in the air. Gathering rays don't know it, but photons do.
+  if (media.index_at(scene.camera.origin) != 1.0) refuse("what a camera in glass sees");
+  for (const Shape& shape : scene.shapes) {
+    const Bsdf& bsdf = shape.bsdf;
+    if (is_glass(shape)) Media({shape}).index_before(shape);  // its way in has a way out
+    if (shape.is_lamp() && (is_glass(shape) || bsdf.is_metal())) {
+      refuse(shape.id + ", a lamp of glass or metal");
+    }
+    const bool is_matte = !bsdf.is_specular() && bsdf.reflectance != Rgb(0.0);
+    if ((is_matte || shape.is_lamp()) && media.index_before(shape) != 1.0) {
+      refuse(shape.id + " in glass: neither lamps nor what is matte");
+    }
+  }
+}
+
+std::string scattering(const Shape& shape, const Media& media) {
+  const Bsdf& bsdf = shape.bsdf;
+  const std::string reflectance = vector(bsdf.reflectance);
+  if (is_glass(shape)) {
+    return fmt::format("Glass({}, {}, {})", reflectance, vector(bsdf.transmittance),
+                       media.index_before(shape) * bsdf.ior);
+  }
+  const char* both_sides = bsdf.two_sided ? "yes" : "no";
+  if (bsdf.is_metal()) {
+    return fmt::format("Metal({}, {}, {}, {})", reflectance, vector(bsdf.eta), vector(bsdf.k),
+                       both_sides);
+  }
+  return fmt::format("{}({}, {})", bsdf.is_specular() ? "Conductor" : "Diffuse", reflectance,
+                     both_sides);
+}
+
 std::string scene_text(const Scene& scene) {
+  const Media media(scene.shapes);
+  check(scene, media);
   std::string text = fmt::format(
       "// {}, for POV-Ray 3.7: povray FILE +W{} +H{}\n{}"
       "#version 3.7;\n#include \"plumbline.inc\"\n\n{}",
       plain_identifier(scene.name), scene.camera.width, scene.camera.height,
-      comment("// ", filter_note(scene)), camera(scene.camera));
+      comment("// ", notes(scene)), camera(scene.camera));
   for (const Shape& shape : scene.shapes) {
-    const bool diffuse = shape.bsdf.kind == Bsdf::Kind::diffuse;
-    text += fmt::format("\n// {}\n{}({}, {})\n{}", plain_identifier(shape.id),
-                        diffuse ? "Diffuse" : "Conductor", vector(shape.bsdf.reflectance),
-                        shape.bsdf.two_sided ? "yes" : "no", surface(shape));
+    text += fmt::format("\n// {}\n{}\n{}", plain_identifier(shape.id), scattering(shape, media),
+                        surface(shape));
     if (shape.is_lamp()) text += lamp(scene, shape);
   }
   return text;
@@ -294,7 +341,7 @@ OtherRenderer povray() {
           .script_name = "plumbline.inc",
           .script = plumbline_inc,
           .format = SceneFormat{".pov", scene_text},
-          .drawn_otherwise = filter_note,
+          .drawn_otherwise = notes,
           .runs = runs,
           .read_log = read_log};
 }
