@@ -76,7 +76,7 @@ struct OtherRenderer {
 
   // What it can.
   bool has_samples = true;            // and seeds; else its pictures differ in quality alone
-  bool counts_mirror_bounces = true;  // else it draws ranges of bounces without mirrors only
+  bool counts_mirror_bounces = true;  // else not in mirrors and glass, so no ranges there
   std::string example_setting = "";   // of its own, NAME=NUMBER; empty: none can be set
 
   // What it reads.

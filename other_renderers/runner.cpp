@@ -10,7 +10,6 @@
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
@@ -99,7 +98,11 @@ std::vector<float> read_picture(const fs::path& file, const Camera& camera) {
 // What the program says of itself, in its log after "plumbline:" and as JSON.
 Json read_report(const OtherRenderer& renderer, const fs::path& log) {
   std::ifstream stream(log);
-  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  std::string text;
+  for (std::string line; std::getline(stream, line);) {
+    // POV-Ray's headings may get in between, from another thread.
+    if (!line.starts_with("====")) text += line + "\n";
+  }
   constexpr std::string_view mark = "plumbline:";
   const size_t begin = text.rfind(mark);
   if (begin == std::string::npos) throw std::runtime_error("the program left no report");
@@ -219,12 +222,10 @@ void check(const OtherRenderer& renderer, const Scene& scene, const ReferenceSet
   if (!renderer.has_samples && (settings.samples_per_pixel != 0 || settings.seeds != 0)) {
     refuse("has no samples or seeds, only qualities");
   }
-  const auto is_mirror = [](const Shape& shape) {
-    return shape.bsdf.kind == Bsdf::Kind::conductor;
-  };
+  const auto is_specular = [](const Shape& shape) { return shape.bsdf.is_specular(); };
   if (!renderer.counts_mirror_bounces && !settings.bounces.is_everything() &&
-      std::ranges::any_of(scene.shapes, is_mirror)) {
-    refuse("can't count bounces in a scene with mirrors");
+      std::ranges::any_of(scene.shapes, is_specular)) {
+    refuse("can't count bounces in a scene with mirrors or glass");
   }
   if (renderer.example_setting.empty() && !settings.overrides.empty()) {
     refuse("has no settings of its own that can be set");

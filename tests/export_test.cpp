@@ -140,6 +140,74 @@ TEST(Export, PovRaysLargeMeshesAreMeshesAndMirrorsWhole) {
   EXPECT_EQ(text.find("split_union off"), std::string::npos) << "meshes have none";
 }
 
+// What is in a ball of glass around the origin, seen from outside.
+Scene in_glass(double ior, const Shape& thing) {
+  Scene scene;
+  scene.camera = test::camera(Vec3(0, 1, 4), Vec3(0), 60);
+  scene.shapes = {test::sphere(Vec3(0), 1, test::glass(ior)), thing};
+  return scene;
+}
+
+TEST(Export, GlassAndMetalsHaveTheirIndices) {
+  Bsdf green = test::glass(1.5);
+  green.transmittance = Rgb(0.5, 1.0, 0.5);
+  Scene scene = in_glass(1.25, test::sphere(Vec3(0), 0.5, green));
+  EXPECT_NE(cycles_scene(scene).find("glass=1.5, transmittance=(0.5, 1, 0.5)"), std::string::npos);
+  EXPECT_NE(povray_scene(scene).find("Glass(<1, 1, 1>, <1, 1, 1>, 1.25)"), std::string::npos);
+  EXPECT_NE(povray_scene(scene).find("Glass(<1, 1, 1>, <0.5, 1, 0.5>, 1.875)"), std::string::npos)
+      << "POV-Ray's are not relative";
+  scene.shapes[1].bsdf = test::metal(Rgb(0.25), Rgb(3.5));
+  EXPECT_NE(cycles_scene(scene).find("eta=(0.25, 0.25, 0.25), k=(3.5, 3.5, 3.5)"),
+            std::string::npos);
+  EXPECT_NE(povray_scene(scene).find("Metal(<1, 1, 1>, <0.25, 0.25, 0.25>, <3.5, 3.5, 3.5>, no)"),
+            std::string::npos);
+}
+
+// Cycles leaves radiance as it is where light goes from one index into another.
+TEST(Export, CyclesLampsHaveTheRadianceThatTheCamerasSurroundingsMakeOfIt) {
+  Scene scene = in_glass(2.0, test::sphere(Vec3(0), 0.5, test::diffuse(0.0), 8.0));
+  EXPECT_NE(cycles_scene(scene).find("radiance=(2, 2, 2)"), std::string::npos);
+  scene.camera.origin = Vec3(0, 0, 0.75);
+  EXPECT_NE(cycles_scene(scene).find("radiance=(8, 8, 8)"), std::string::npos);
+  std::get<Sphere>(scene.shapes[1].geometry).center = Vec3(0, 3, 0);
+  EXPECT_NE(cycles_scene(scene).find("radiance=(32, 32, 32)"), std::string::npos);
+}
+
+TEST(Export, RefusesGlassThatEnclosesNothing) {
+  const Scene scene = in_glass(
+      1.0, test::parallelogram(Vec3(-1, -1, 2), Vec3(2, 0, 0), Vec3(0, 2, 0), test::glass(1.5)));
+  EXPECT_THROW(cycles_scene(scene), std::invalid_argument);
+  EXPECT_THROW(povray_scene(scene), std::invalid_argument);
+}
+
+TEST(Export, RefusesLampsThatAreHalfInGlass) {
+  const Shape lamp = test::icosphere(Vec3(0, 0, 1), 0.5, 1, test::diffuse(0.0), 1.0);
+  EXPECT_THROW(cycles_scene(in_glass(1.5, lamp)), std::invalid_argument);
+}
+
+// Its photons carry into glass what its gathering rays don't find there.
+TEST(Export, RefusesWhatPovRayDrawsWronglyInGlass) {
+  for (const Shape& thing : {test::sphere(Vec3(0), 0.5, test::diffuse(0.0), 1.0),
+                             test::sphere(Vec3(0), 0.5, test::diffuse(0.5))}) {
+    EXPECT_THROW(povray_scene(in_glass(1.5, thing)), std::invalid_argument);
+    EXPECT_NO_THROW(povray_scene(in_glass(1.0, thing)));
+  }
+  Scene scene = in_glass(1.5, test::sphere(Vec3(0), 0.5, test::mirror(0.5)));
+  EXPECT_NO_THROW(povray_scene(scene));
+  scene.camera.origin = Vec3(0, 0, 0.75);
+  EXPECT_THROW(povray_scene(scene), std::invalid_argument);
+  EXPECT_THROW(povray_scene(in_glass(1.5, test::sphere(Vec3(9), 1, test::glass(1.5), 1.0))),
+               std::invalid_argument)
+      << "a lamp of glass";
+}
+
+TEST(Export, SaysThatPovRayTintsReflectionsOtherwise) {
+  Scene scene = in_glass(1.5, test::sphere(Vec3(0), 0.5, test::mirror(0.5)));
+  EXPECT_EQ(povray_scene(scene).find("glass transmit"), std::string::npos);
+  scene.shapes[0].bsdf.reflectance = Rgb(0.5);
+  EXPECT_NE(povray_scene(scene).find("glass transmit"), std::string::npos);
+}
+
 TEST(Export, SaysWhichFilterIsDrawnOtherwise) {
   Scene scene = lamp_before_wall(1.0);
   EXPECT_EQ(povray_scene(scene).find("filter"), std::string::npos);

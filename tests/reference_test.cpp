@@ -9,12 +9,13 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <complex>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "renderer/render.h"
 #include "scene_files/scene_reader.h"
@@ -179,11 +180,108 @@ TEST(Reference, TriangularLampsAreDrawnWithCycles) {
               4.5 * std::sqrt(theirs.variance + ours.variance) + 0.01 * ours.mean);
 }
 
+// What Fresnel's equations say that is reflected at that angle, by the laws of sines and tangents.
+double reflectance(double angle, std::complex<double> n) {
+  const auto beyond = std::asin(std::sin(angle) / n);
+  return (std::norm(std::sin(angle - beyond) / std::sin(angle + beyond)) +
+          std::norm(std::tan(angle - beyond) / std::tan(angle + beyond))) /
+         2.0;
+}
+
+constexpr double angle = 1.2;
+
+// A small piece of what is in the plane y = 0, seen from above at that angle; on one side
+// everything shines with 1. It is not where the two triangles meet that programs make of a face.
+Scene looking_down(const std::vector<Shape>& shapes, bool lamp_is_above) {
+  const Vec3 target(0.2, 0.0, 0.3), x(800, 0, 0), z(0, 0, 800);
+  Scene scene;
+  scene.camera =
+      test::camera(target + Vec3(std::sin(angle), std::cos(angle), 0.0) * 3.0, target, 0.05, 64);
+  scene.shapes = shapes;
+  const Bsdf black = test::diffuse(0.0);
+  scene.shapes.push_back(lamp_is_above ? test::parallelogram({-400, 50, -400}, x, z, black, 1.0)
+                                       : test::parallelogram({-400, -50, -400}, z, x, black, 1.0));
+  return scene;
+}
+
+Shape pane(const Bsdf& glass) {
+  const Vec3 x(120, 0, 0), z(0, 0, 120), corner(-60, 0, -60), down(0, -0.2, 0);
+  return {"pane",
+          Mesh{{{corner, corner + z, corner + z + x, corner + x}},
+               {{corner + down, corner + down + x, corner + down + x + z, corner + down + z}}},
+          glass, Rgb(0.0)};
+}
+
+// By all reflections to and fro in the pane.
+const double through_pane = (1.0 - reflectance(angle, 1.5)) / (1.0 + reflectance(angle, 1.5));
+
+Scene gold() {
+  return looking_down(
+      {test::parallelogram({-60, 0, -60}, {0, 0, 120}, {120, 0, 0},
+                           test::metal({0.143, 0.375, 1.442}, {3.983, 2.386, 1.603}))},
+      true);
+}
+
+const double of_gold = (reflectance(angle, {0.143, 3.983}) + reflectance(angle, {0.375, 2.386}) +
+                        reflectance(angle, {1.442, 1.603})) /
+                       3.0;
+
+void expect_from_cycles(const Scene& scene, double expected) {
+  const auto cycles = draw_if_installed("cycles", scene, {.samples_per_pixel = 64, .seeds = 2});
+  if (!cycles) GTEST_SKIP() << "Blender is not installed";
+  const Estimate theirs = mean_of(cycles->image);
+  EXPECT_NEAR(theirs.mean, expected, 4.5 * std::sqrt(theirs.variance) + 1e-4 * expected);
+  EXPECT_LT(std::sqrt(theirs.variance), 2e-3 * expected) << "else nothing is tested";
+}
+
+TEST(Reference, CyclesDrawsGlassByFresnelsEquations) {
+  const Shape clear = pane(test::glass(1.5));
+  expect_from_cycles(looking_down({clear}, false), through_pane);
+  expect_from_cycles(looking_down({clear}, true), 1.0 - through_pane);
+}
+
+TEST(Reference, CyclesTintsGlass) {
+  Bsdf tinted = test::glass(1.5);
+  tinted.reflectance = Rgb(0.9);
+  tinted.transmittance = Rgb(0.8);
+  const double f = reflectance(angle, 1.5);
+  expect_from_cycles(looking_down({pane(tinted)}, false),
+                     0.64 * (1 - f) * (1 - f) / (1 - 0.81 * f * f));
+}
+
+// Of its radiance, of which the glass holds n^2 times as much as the air, 1 - R gets out.
+TEST(Reference, CyclesDrawsALampInABallOfGlass) {
+  Scene scene;
+  scene.shapes = {test::sphere({0, -1, 0}, 1.0, test::glass(1.8)),
+                  test::sphere({0, -1, 0}, 0.7, test::diffuse(0.0), 1.0)};
+  scene.camera =
+      test::camera(Vec3(std::sin(angle), std::cos(angle), 0.0) * 2.0, {0, 0, 0}, 0.05, 64);
+  expect_from_cycles(scene, (1.0 - reflectance(angle, 1.8)) / (1.8 * 1.8));
+}
+
+TEST(Reference, CyclesDrawsMetalsByFresnelsEquations) { expect_from_cycles(gold(), of_gold); }
+
+void expect_from_povray(const Scene& scene, double expected) {
+  const auto povray = draw_if_installed("povray", scene, {.quality = Quality::draft});
+  if (!povray) GTEST_SKIP() << "POV-Ray is not installed";
+  EXPECT_NEAR(mean_of(povray->image).mean, expected, 5e-4 * expected) << "half precision";
+}
+
+TEST(Reference, PovRayDrawsGlassByFresnelsEquations) {
+  const Shape clear = pane(test::glass(1.5));
+  expect_from_povray(looking_down({clear}, false), through_pane);
+  expect_from_povray(looking_down({clear}, true), 1.0 - through_pane);
+}
+
+TEST(Reference, PovRayDrawsMetalsByFresnelsEquations) { expect_from_povray(gold(), of_gold); }
+
 TEST(Reference, PovRayRefusesWhatItHasNot) {
   EXPECT_NE(complaint_of("povray", {.seeds = 2}).find("no samples or seeds"), std::string::npos);
-  Scene mirrors = small_cornell();
-  mirrors.shapes[0].bsdf.kind = Bsdf::Kind::conductor;
-  EXPECT_THROW(draw("povray", mirrors, {.bounces = {1, 1}}), std::invalid_argument);
+  for (const Bsdf& bsdf : {test::mirror(0.9), test::glass(1.5)}) {
+    Scene specular = small_cornell();
+    specular.shapes[0].bsdf = bsdf;
+    EXPECT_THROW(draw("povray", specular, {.bounces = {1, 1}}), std::invalid_argument);
+  }
 }
 
 TEST(Reference, SettingsAreRefusedWhereThereAreNone) {
@@ -266,6 +364,13 @@ TEST(Reference, AProgramThatDrawsNothingIsAnError) {
   EXPECT_NE(complaint_of("cycles").find("report"), std::string::npos);
   const FakeProgram boastful("blender", "echo 'plumbline: {\"seconds\": 1}'");
   EXPECT_NE(complaint_of("cycles").find("picture.exr"), std::string::npos);
+}
+
+TEST(Reference, HeadingsMayInterruptAReport) {
+  const FakeProgram povray("povray",
+                           R"(printf 'plumbline: {"a":\n==== [Parsing...] ====\n 1}\n')"
+                           R"(; echo 'Ray Tracer Version 3.7.0 Render Time: (1.5 seconds)')");
+  EXPECT_NE(complaint_of("povray").find("picture.exr"), std::string::npos);
 }
 
 TEST(Reference, AStopBeforeTheFirstSeedGivesNoPicture) {
