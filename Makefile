@@ -36,7 +36,7 @@ quick_tests := $(addsuffix _test,image film scene_reader scene_file compare asse
 # Files whose first line, or the one after "#!", names the licence.
 licensed := '*.cpp' '*.h' '*.h.in' '*.inc' '*.py' '*.sh' '*.js' '*.css' '*.cmake' '*CMakeLists.txt'
 
-scenes := cornell seed
+scenes := cornell seed spheres metals
 
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)

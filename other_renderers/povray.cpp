@@ -230,28 +230,36 @@ std::string notes(const Scene& scene) {
 void refuse(const std::string& what) { throw std::invalid_argument("POV-Ray can't draw " + what); }
 
 // Throws std::invalid_argument for what would be wrong.
-void check(const Scene& scene, const Media& media) {
+void check(const Scene& scene) {
+  const Media media(scene.shapes);
   // In glass radiance isn't what it is in the air. Gathering rays don't know it, but photons do.
-  if (media.index_at(scene.camera.origin) != 1.0) refuse("what a camera in glass sees");
+  const Vec3& eye = scene.camera.origin;
+  if (media.index_at(eye) != 1.0) refuse("what a camera in glass sees");
+  const bool has_glass = std::ranges::any_of(scene.shapes, is_glass);
   for (const Shape& shape : scene.shapes) {
     const Bsdf& bsdf = shape.bsdf;
     if (is_glass(shape)) Media({shape}).index_before(shape);  // its way in has a way out
     if (shape.is_lamp() && (is_glass(shape) || bsdf.is_metal())) {
       refuse(shape.id + ", a lamp of glass or metal");
     }
-    const bool is_matte = !bsdf.is_specular() && bsdf.reflectance != Rgb(0.0);
-    if ((is_matte || shape.is_lamp()) && media.index_before(shape) != 1.0) {
-      refuse(shape.id + " in glass: neither lamps nor what is matte");
+    const bool is_unseen = bsdf.kind == Bsdf::Kind::diffuse && bsdf.reflectance == Rgb(0.0);
+    const bool is_mirror = bsdf.kind == Bsdf::Kind::conductor;
+    if ((shape.is_lamp() || !(is_unseen || is_mirror)) && media.index_before(shape) != 1.0) {
+      refuse(shape.id + " in glass: only mirrors and what is black");
+    }
+    // Glass that is within any solid reflects nothing inside.
+    const auto* ball = std::get_if<Sphere>(&shape.geometry);
+    if (has_glass && ball != nullptr && (ball->center - eye).length() <= ball->radius) {
+      refuse("glass from within " + shape.id);
     }
   }
 }
 
-std::string scattering(const Shape& shape, const Media& media) {
+std::string scattering(const Shape& shape) {
   const Bsdf& bsdf = shape.bsdf;
   const std::string reflectance = vector(bsdf.reflectance);
   if (is_glass(shape)) {
-    return fmt::format("Glass({}, {}, {})", reflectance, vector(bsdf.transmittance),
-                       media.index_before(shape) * bsdf.ior);
+    return fmt::format("Glass({}, {}, {})", reflectance, vector(bsdf.transmittance), bsdf.ior);
   }
   const char* both_sides = bsdf.two_sided ? "yes" : "no";
   if (bsdf.is_metal()) {
@@ -263,15 +271,14 @@ std::string scattering(const Shape& shape, const Media& media) {
 }
 
 std::string scene_text(const Scene& scene) {
-  const Media media(scene.shapes);
-  check(scene, media);
+  check(scene);
   std::string text = fmt::format(
       "// {}, for POV-Ray 3.7: povray FILE +W{} +H{}\n{}"
       "#version 3.7;\n#include \"plumbline.inc\"\n\n{}",
       plain_identifier(scene.name), scene.camera.width, scene.camera.height,
       comment("// ", notes(scene)), camera(scene.camera));
   for (const Shape& shape : scene.shapes) {
-    text += fmt::format("\n// {}\n{}\n{}", plain_identifier(shape.id), scattering(shape, media),
+    text += fmt::format("\n// {}\n{}\n{}", plain_identifier(shape.id), scattering(shape),
                         surface(shape));
     if (shape.is_lamp()) text += lamp(scene, shape);
   }
