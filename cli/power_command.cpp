@@ -131,7 +131,8 @@ class Plantings {
       seconds += render(scene, settings, limits, film, {}, &stop_requested).wall_seconds;
       if (stop_requested) return "";
       line.show(fmt::format("{}, {}: {} spp", scene.name, fault_name(fault), goal));
-      if (found.empty()) found = look(fault, film, seconds, step);
+      const std::string seen = look(fault, film, seconds, step);
+      if (found.empty()) found = seen;
       const bool is_known = !found.empty() && goal >= converged_samples;
       if (is_known || film.samples_per_pixel() < goal || seconds >= options_.seconds) break;
     }
@@ -147,23 +148,30 @@ class Plantings {
   // The cells that tell how the fault was found, if it is.
   std::string look(Fault fault, const Film& film, double seconds, size_t step) {
     const auto [comparison, baselines] = judge(film, healthy_, step);
-    if (fault == Fault::none) healthy_baselines_.push_back(baselines);
-    const BaselineTests healthy = healthy_baselines_[std::min(step, healthy_baselines_.size() - 1)];
-    const auto word = [](bool is_different, bool is_healthy_different) {
-      if (!is_different) return "same";
-      return is_healthy_different ? "different, as the healthy" : "different";
+    const bool is_different = comparison.verdict == Verdict::different;
+    if (fault == Fault::none) healthy_looks_.push_back({baselines, is_different});
+    const auto& [healthy, is_healthy_different] =
+        healthy_looks_[std::min(step, healthy_looks_.size() - 1)];
+    const auto word = [](bool differs, bool healthy_differs) {
+      if (!differs) return "same";
+      return healthy_differs ? "different, as the healthy" : "different";
     };
     baseline_cells_ =
         fmt::format("{} | {}", word(baselines.rmse, healthy.rmse), word(baselines.z, healthy.z));
-    if (comparison.verdict != Verdict::different) return "";
+    const bool says_nothing = is_healthy_different && fault != Fault::none;
+    if (!is_different || says_nothing) return "";
     return fmt::format("{} | {} spp | {:.2g} s | {}", named(comparison), film.samples_per_pixel(),
                        seconds, baseline_cells_);
   }
 
   const Options& options_;
   const HealthyScene& healthy_;
-  std::vector<BaselineTests> healthy_baselines_;  // with 16, 32, ... samples
-  std::string baseline_cells_;  // what the baseline tests have said last, two cells
+  struct HealthyLook {
+    BaselineTests baselines;
+    bool is_different;
+  };
+  std::vector<HealthyLook> healthy_looks_;  // with 16, 32, ... samples
+  std::string baseline_cells_;              // what the baseline tests have said last, two cells
 };
 
 std::vector<Fault> faults_that_show(const Scene& scene) {
