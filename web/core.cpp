@@ -59,7 +59,9 @@ json to_json(const Vec3& v) { return {v.x, v.y, v.z}; }
 
 const char* material_of(const Bsdf& bsdf) {
   if (bsdf.kind == Bsdf::Kind::dielectric) return "glass";
-  if (bsdf.kind == Bsdf::Kind::conductor) return bsdf.is_metal() ? "metal" : "steel";
+  if (bsdf.kind == Bsdf::Kind::conductor) {
+    return bsdf.is_metal() || !bsdf.is_mirror() ? "metal" : "steel";
+  }
   return "matte";
 }
 
@@ -91,6 +93,7 @@ json describe(const Shape& shape) {
           {"reflectance", to_json(shape.bsdf.reflectance)},
           {"eta", to_json(shape.bsdf.eta)},
           {"k", to_json(shape.bsdf.k)},
+          {"alpha", shape.bsdf.alpha},
           {"ior", shape.bsdf.ior},
           {"transmittance", to_json(shape.bsdf.transmittance)},
           {"radiance", to_json(shape.radiance)}};

@@ -39,10 +39,11 @@ const boxOf = boxes => {
 /** What the colour of a thing is. */
 const colourOf = ({material}) => material === 'glass' ? 'transmittance' : 'reflectance';
 
-/** A surface of another material. Glass is clear at first, and leaves nothing of its own. */
-function madeOf(material, surface) {
-  if (material === 'glass') return {...surface, material, reflectance: [1, 1, 1], ior: 1.5};
-  return {...surface, material, reflectance: surface.material === 'glass' ? PLAIN : surface.reflectance};
+/** A surface of another material, which keeps its colour, but of glass: that is clear at first. */
+function madeOf(material, {material: before, reflectance, twoSided}) {
+  const colour = material === 'glass' ? [1, 1, 1] : before === 'glass' ? PLAIN : reflectance;
+  const nothing = [0, 0, 0];
+  return {material, reflectance: colour, eta: nothing, k: nothing, alpha: 0, ior: 1.5, transmittance: [1, 1, 1], twoSided};
 }
 
 class Page {

@@ -114,14 +114,18 @@ export class SceneDocument {
     return element;
   }
 
-  bsdf({material, reflectance, eta, k, ior, transmittance}) {
+  bsdf({material, reflectance, eta, k, alpha, ior, transmittance}) {
     const rgb = (name, colour) => this.make('rgb', {name, value: list(colour)});
     const float = (name, number) => this.make('float', {name, value: text(number)});
     const gloss = rgb('specular_reflectance', reflectance);
+    const string = (name, value) => this.make('string', {name, value});
+    const smooth = () => ['conductor',
+      ...[...eta, ...k].some(part => part > 0) ? [rgb('eta', eta), rgb('k', k)] : [string('material', 'none')], gloss];
     const makers = {
       matte: () => ['diffuse', rgb('reflectance', reflectance)],
-      steel: () => ['conductor', this.make('string', {name: 'material', value: 'none'}), gloss],
-      metal: () => ['conductor', rgb('eta', eta), rgb('k', k), gloss],
+      steel: smooth,
+      metal: () => alpha > 0
+        ? ['roughconductor', string('distribution', 'ggx'), float('alpha', alpha), ...smooth().slice(1)] : smooth(),
       glass: () => ['dielectric', float('int_ior', ior), float('ext_ior', 1), gloss,
         rgb('specular_transmittance', transmittance)],
     };

@@ -263,7 +263,8 @@ export function testIn(name) {
       const glass = '<bsdf type="dielectric"><float name="int_ior" value="1.4"/><float name="ext_ior" value="1"/>' +
         '<rgb name="specular_transmittance" value="0.5, 0.9, 0.7"/></bsdf>';
       const bubble = '<boolean name="flip_normals" value="true"/>' + glass;
-      const path = fileOf('materials.xml', metals.replace('<ref id="silver"/>', bubble));
+      const path = fileOf('materials.xml', metals.replace('<ref id="silver"/>', bubble).replace('type="conductor" id="copper">',
+        'type="roughconductor" id="copper"><string name="distribution" value="ggx"/><float name="alpha" value="0.3"/>'));
       await live.change(async () => (await live.control('open')).uploadFile(path));
       const gold = '<ref id="gold"/>', material = name => live.page.$eval(`[name=material][value=${name}]`, ({checked}) => checked);
       await live.chooseText('selected', 'silver_ball');
@@ -278,6 +279,13 @@ export function testIn(name) {
       await live.change(() => live.enter('colour', '#ff0000'));
       const painted = (await live.scene()).xml;
       assert.match(painted, /<rgb name="eta" value="0.143, 0.375, 1.442"\/><rgb name="k" value="3.983, 2.386, 1.603"\/><rgb name="specular_reflectance" value="1, 0, 0"/);
+      await live.chooseText('selected', 'copper_ball');
+      await live.change(() => live.enter('colour', '#00ff00'));
+      assert.match((await live.scene()).xml, new RegExp('<bsdf type="roughconductor"><string name="distribution" value="ggx"/>' +
+        '<float name="alpha" value="0.3"/><rgb name="eta" value="0.201, 0.924, 1.102"/>'));
+      await live.change(() => live.click('material', 'steel'));
+      assert.equal(await live.page.$eval('.metal', label => label.hidden), true);
+      await live.check();
       await live.chooseText('selected', 'silver_ball');
       await live.change(() => live.enter('ior', 0.75));
       assert.doesNotMatch((await live.scene()).xml, /flip_normals/);
