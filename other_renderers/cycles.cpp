@@ -3,6 +3,7 @@
 // Cycles, the path tracer of Blender 3.4 and later, which reads a scene as a Python script.
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <ranges>
 #include <string>
 
@@ -20,11 +21,23 @@ double gaussian_width(const Filter& filter) {
   return filter.kind == Filter::Kind::gaussian && width <= widest ? width : 0.0;
 }
 
-std::string filter_note(const Scene& scene) {
-  const Filter& filter = scene.camera.filter;
+std::string filter_note(const Filter& filter) {
   if (gaussian_width(filter) == 0.0) return box_filter_note("Cycles", filter);
   if (filter.crosses_border) return "";
   return "Cycles counts what lies beside the picture for its outermost pixels, the scene doesn't";
+}
+
+std::string notes(const Scene& scene) {
+  std::string notes = filter_note(scene.camera.filter);
+  if (std::ranges::any_of(scene.shapes, [](const Shape& shape) {
+        return shape.bsdf.alpha > 0.0 && shape.bsdf.is_metal();
+      })) {
+    notes += notes.empty() ? "" : "; ";
+    notes +=
+        "Cycles draws rough metals with what Fresnel's equations reflect at the surface's angle, "
+        "not at the microfacets'";
+  }
+  return notes;
 }
 
 std::string tuple(const Vec3& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
@@ -41,8 +54,9 @@ std::string camera_text(const Camera& c) {
 }
 
 std::string surface_text(const Bsdf& bsdf) {
-  std::string text =
-      fmt::format("{}={}", bsdf.is_specular() ? "mirror" : "diffuse", tuple(bsdf.reflectance));
+  std::string text = fmt::format("{}={}", bsdf.kind == Bsdf::Kind::diffuse ? "diffuse" : "mirror",
+                                 tuple(bsdf.reflectance));
+  if (bsdf.alpha > 0.0) text += fmt::format(", alpha={}", bsdf.alpha);
   if (bsdf.is_metal()) text += fmt::format(", eta={}, k={}", tuple(bsdf.eta), tuple(bsdf.k));
   if (bsdf.kind == Bsdf::Kind::dielectric) {
     text += fmt::format(", glass={}, transmittance={}", bsdf.ior, tuple(bsdf.transmittance));
@@ -68,9 +82,16 @@ std::string shape_text(const Shape& shape) {
   return text + "        ]),\n";
 }
 
-std::string scene_text(const Scene& scene) {
-  std::string shapes;
-  for (const Shape& shape : without_radiance_steps(scene).shapes) shapes += shape_text(shape);
+std::string scene_text(const Scene& original) {
+  const Scene scene = without_radiance_steps(original);
+  std::string shapes, points;
+  for (const Shape& shape : scene.shapes) shapes += shape_text(shape);
+  for (const PointLamp& point : scene.points) {
+    points += fmt::format("({}, {}), ", tuple(point.position), tuple(point.intensity));
+  }
+  std::string others;
+  if (scene.has_sky()) others += fmt::format(", sky={}", tuple(scene.sky));
+  if (!points.empty()) others += fmt::format(", points=[{}]", points);
   return fmt::format(R"(# The scene {0}, from the scene file with SHA-1 {1}. To draw it:
 #   blender -b --python {0}.py -- -o {0}.exr --spp 256
 {4}# Coordinates are the scene file's, colours are linear RGB.
@@ -87,10 +108,10 @@ except ImportError as error:
 main(
     "{0}",
 {2}    shapes=[
-{3}    ])
+{3}    ]{5})
 )",
                      plain_identifier(scene.name), scene.hash, camera_text(scene.camera), shapes,
-                     comment("# ", filter_note(scene)));
+                     comment("# ", notes(scene)), others);
 }
 
 std::vector<Run> runs(const Job& job) {
@@ -111,7 +132,7 @@ OtherRenderer cycles() {
       .script_name = "plumbline_cycles.py",
       .script = plumbline_cycles_py,
       .format = SceneFormat{".py", scene_text},
-      .drawn_otherwise = filter_note,
+      .drawn_otherwise = notes,
       .runs = runs};
 }
 

@@ -102,6 +102,11 @@ Scene without_radiance_steps(Scene scene) {
     const double ratio = here / media.index_before(shape);
     shape.radiance *= ratio * ratio;
   }
+  scene.sky *= here * here;
+  for (PointLamp& point : scene.points) {
+    const double ratio = here / media.index_at(point.position);
+    point.intensity *= ratio * ratio;
+  }
   return scene;
 }
 

@@ -42,7 +42,7 @@ class Mesh(NamedTuple):
     """Planar polygons, counter-clockwise seen from the front.
 
     A surface is diffuse, a mirror (of a metal if it has a complex index, of which `eta` are the
-    real parts) or glass, that has the refractive index `glass` behind the surface and tints what
+    real parts; rough, with that `alpha` of GGX, if it is not 0) or glass, that has the refractive index `glass` behind the surface and tints what
     it reflects by `mirror`, what goes through by `transmittance`. Its back is black unless it is
     two-sided. A lamp emits `radiance` from its front.
     """
@@ -53,6 +53,7 @@ class Mesh(NamedTuple):
     mirror: Optional[tuple] = None
     eta: Optional[tuple] = None
     k: Optional[tuple] = None
+    alpha: float = 0.0
     glass: Optional[float] = None
     transmittance: Optional[tuple] = None
     two_sided: bool = False
@@ -69,6 +70,7 @@ class Sphere(NamedTuple):
     mirror: Optional[tuple] = None
     eta: Optional[tuple] = None
     k: Optional[tuple] = None
+    alpha: float = 0.0
     glass: Optional[float] = None
     transmittance: Optional[tuple] = None
     two_sided: bool = False
@@ -119,9 +121,15 @@ class Nodes:
                 socket.default_value = value
         return node.outputs[0] if node.outputs else None
 
-    def lobe(self, kind, color, *more):
+    def lobe(self, kind, color, *more, roughness=0.0):
         is_value = not isinstance(color, bpy.types.NodeSocket)
-        return self.add(f"Bsdf{kind}", (*color, 1.0) if is_value else color, 0.0, *more)
+        return self.add(f"Bsdf{kind}", (*color, 1.0) if is_value else color, roughness, *more)
+
+    def glossy(self, color, alpha):
+        """Without light that is reflected among the microfacets."""
+        output = self.lobe("Glossy", color, roughness=math.sqrt(alpha))
+        output.node.distribution = "GGX"
+        return output
 
     def math(self, operation, *operands):
         output = self.add("Math", *operands)
@@ -236,12 +244,27 @@ class Builder:
             dot = nodes.add("VectorMath", nodes.geometry("Incoming"), nodes.geometry("Normal")).node
             dot.operation = "DOT_PRODUCT"
             cosine = nodes.math("ABSOLUTE", dot.outputs["Value"])
-            return nodes.lobe("Glossy", nodes.add("CombineXYZ", *(
+            return nodes.glossy(nodes.add("CombineXYZ", *(
                 nodes.math("MULTIPLY", nodes.metal(*index, cosine), reflectance)
-                for *index, reflectance in zip(shape.eta, shape.k, shape.mirror))))
+                for *index, reflectance in zip(shape.eta, shape.k, shape.mirror))), shape.alpha)
         if shape.mirror:
-            return nodes.lobe("Glossy", shape.mirror)
+            return nodes.glossy(shape.mirror, shape.alpha)
         return nodes.lobe("Diffuse", shape.diffuse)
+
+    def sky(self, radiance):
+        world = bpy.data.worlds.new("sky")
+        self.scene.world = world
+        nodes = Nodes(world)
+        nodes.add("OutputWorld", nodes.add("Background", (*radiance, 1.0), 1.0))
+
+    def point_lamp(self, position, intensity):
+        """Of watts P, the radiant intensity is P / (4 pi^2)."""
+        light = bpy.data.lights.new("point", "POINT")
+        light.shadow_soft_size = 0.0
+        brightest = max(intensity)
+        light.color = [channel / brightest for channel in intensity]
+        light.energy = 4.0 * math.pi ** 2 * brightest
+        self.add("point", light).location = position
 
     def emission_sampling(self, thing, front):
         material = thing.data.materials[0]
@@ -473,7 +496,7 @@ def render(scene, file):
     return seconds
 
 
-def draw(name, camera, shapes):
+def draw(name, camera, shapes, sky, points):
     options = read_options(name, camera)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene, card = bpy.context.scene, Card()
@@ -482,6 +505,10 @@ def draw(name, camera, shapes):
     builder.camera(camera, *options.size)
     for shape in shapes:
         builder.shape(shape)
+    if sky:
+        builder.sky(sky)
+    for point in points if options.bounces else ():
+        builder.point_lamp(*point)
     seconds = render(scene, options.output)
     version = bpy.app.version_string
     facts = {"program": f"Blender {version} Cycles", "version": version, "seconds": seconds,
@@ -489,9 +516,9 @@ def draw(name, camera, shapes):
     print(f"plumbline: {json.dumps(facts)}", flush=True)
 
 
-def main(name, camera, shapes):
+def main(name, camera, shapes, sky=None, points=()):
     try:
-        draw(name, camera, shapes)
+        draw(name, camera, shapes, sky, points)
     except Exception:  # Blender would show it and end well
         traceback.print_exc()
         sys.stdout.flush()

@@ -236,8 +236,15 @@ void check(const Scene& scene) {
   const Vec3& eye = scene.camera.origin;
   if (media.index_at(eye) != 1.0) refuse("what a camera in glass sees");
   const bool has_glass = std::ranges::any_of(scene.shapes, is_glass);
+  if (scene.has_sky()) refuse("a sky: only gathering rays would meet it, a bounce too late");
+  if (!scene.points.empty() && std::ranges::any_of(scene.shapes, [](const Shape& shape) {
+        return shape.bsdf.is_specular();
+      })) {
+    refuse("point lamps with mirrors or glass: its photons find what no path does");
+  }
   for (const Shape& shape : scene.shapes) {
     const Bsdf& bsdf = shape.bsdf;
+    if (bsdf.alpha > 0.0) refuse(shape.id + ": it has no rough reflections");
     if (is_glass(shape)) Media({shape}).index_before(shape);  // its way in has a way out
     if (shape.is_lamp() && (is_glass(shape) || bsdf.is_metal())) {
       refuse(shape.id + ", a lamp of glass or metal");
@@ -281,6 +288,9 @@ std::string scene_text(const Scene& scene) {
     text += fmt::format("\n// {}\n{}\n{}", plain_identifier(shape.id), scattering(shape),
                         surface(shape));
     if (shape.is_lamp()) text += lamp(scene, shape);
+  }
+  for (const PointLamp& point : scene.points) {
+    text += fmt::format("\nPoint_lamp({}, {})\n", vector(point.position), vector(point.intensity));
   }
   return text;
 }
