@@ -56,8 +56,8 @@ double brightest_lamp(const Scene& scene) {
 }
 
 bool finds_lamps_by_chance(const Scene& scene, Method method) {
-  const auto is_mirror = [](const Shape& s) { return s.bsdf.kind == Bsdf::Kind::conductor; };
-  return method == Method::bsdf || std::ranges::any_of(scene.shapes, is_mirror);
+  const auto is_specular = [](const Shape& s) { return s.bsdf.is_specular(); };
+  return method == Method::bsdf || std::ranges::any_of(scene.shapes, is_specular);
 }
 
 }  // namespace

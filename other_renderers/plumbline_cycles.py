@@ -258,12 +258,12 @@ class Builder:
         nodes.add("OutputWorld", nodes.add("Background", (*radiance, 1.0), 1.0))
 
     def point_lamp(self, position, intensity):
-        """Of watts P, the radiant intensity is P / (4 pi^2)."""
+        """Of watts P, the radiant intensity is P / (4 pi)."""
         light = bpy.data.lights.new("point", "POINT")
         light.shadow_soft_size = 0.0
         brightest = max(intensity)
         light.color = [channel / brightest for channel in intensity]
-        light.energy = 4.0 * math.pi ** 2 * brightest
+        light.energy = 4.0 * math.pi * brightest
         self.add("point", light).location = position
 
     def emission_sampling(self, thing, front):
