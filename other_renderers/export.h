@@ -37,7 +37,7 @@ class Media {
 
   Scene holder_;  // of the shapes of glass
   std::vector<Surface> surfaces_;
-  std::vector<Vec3> targets_;  // one on each shape: to there, and away from there, nothing is lost
+  std::vector<Vec3> targets_;  // one on each shape: rays go there, and the opposite way
 };
 
 // The scene for programs that leave radiance as it is where light goes through glass: in it lamps
