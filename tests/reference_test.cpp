@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -274,6 +275,43 @@ TEST(Reference, PovRayDrawsGlassByFresnelsEquations) {
 }
 
 TEST(Reference, PovRayDrawsMetalsByFresnelsEquations) { expect_from_povray(gold(), of_gold); }
+
+// A point lamp aslant above a small floor: albedo / pi * I cos / d^2.
+Scene below_a_point() {
+  Scene scene;
+  scene.shapes = {test::parallelogram({-9, 0, -9}, {0, 0, 18}, {18, 0, 0}, test::diffuse(0.75))};
+  scene.points = {{{3, 4, 0}, Rgb(80.0)}};
+  scene.camera = test::camera({-1, 2, 0.5}, {0, 0, 0}, 0.05, 64);
+  return scene;
+}
+
+const double of_a_point = 0.75 / std::numbers::pi * 80.0 * 0.8 / 25.0;
+
+TEST(Reference, CyclesDrawsPointLamps) {
+  const auto cycles = draw_if_installed("cycles", below_a_point(), {.samples_per_pixel = 4});
+  if (!cycles) GTEST_SKIP() << "Blender is not installed";
+  EXPECT_NEAR(mean_of(cycles->image).mean, of_a_point, 1e-4 * of_a_point);
+}
+
+TEST(Reference, PovRayDrawsPointLamps) { expect_from_povray(below_a_point(), of_a_point); }
+
+// A ball sees half of the sky, wherever: its radiance is its albedo times the sky's.
+TEST(Reference, CyclesDrawsASky) {
+  Scene scene;
+  scene.shapes = {test::sphere({0, 0, 0}, 1.0, test::diffuse(0.75))};
+  scene.sky = Rgb(2.0);
+  scene.camera = test::camera({3, 1, 2}, {0, 0, 0}, 3.0, 64);
+  expect_from_cycles(scene, 1.5);
+}
+
+TEST(Reference, PovRayRefusesSkiesAndRoughMetals) {
+  Scene sky = small_cornell();
+  sky.sky = Rgb(1.0);
+  EXPECT_THROW(draw("povray", sky, {}), std::invalid_argument);
+  Scene rough = small_cornell();
+  rough.shapes[0].bsdf = test::rough_metal(0.1, Rgb(0.2), Rgb(3.9));
+  EXPECT_THROW(draw("povray", rough, {}), std::invalid_argument);
+}
 
 TEST(Reference, PovRayRefusesWhatItHasNot) {
   EXPECT_NE(complaint_of("povray", {.seeds = 2}).find("no samples or seeds"), std::string::npos);
