@@ -60,8 +60,9 @@ HWY_INLINE float webgl_seed(uint32_t frame) {
 }
 
 template <class Lanes>
-struct FaultyEstimator : Estimator<Lanes> {
-  using Base = Estimator<Lanes>;
+struct FaultyEstimator : Estimator<Lanes, true> {
+  using Base = Estimator<Lanes, true>;
+  using typename Base::Bsdf;
   using typename Base::D;
   using typename Base::Lamp;
   using typename Base::R;
@@ -105,16 +106,18 @@ struct FaultyEstimator : Estimator<Lanes> {
     return {u, v, third};
   }
 
-  BsdfSample<D> sample_bsdf(const BsdfLanes<D>& bsdf, R u, R v) const {
+  BsdfSample<D> sample_bsdf(const Bsdf& bsdf, V3<D> incident, R u, R v) const {
     if (fault == Fault::uniform_directions) {
       const R sine = sqrt(R(1) - u * u);
-      return bsdf.other_or(u, v, spherical_direction(frame_around(bsdf.normal), u, sine, v));
+      return bsdf.other_or(incident, u, v,
+                           spherical_direction(frame_around(bsdf.normal), u, sine, v));
     }
     if (fault == Fault::tangent_frame) {
       const Frame<D> frame = short_frame_around(bsdf.normal);
-      return bsdf.other_or(u, v, normalize(sample_cosine_hemisphere(frame, u, v)));
+      return bsdf.other_or(incident, u, v, normalize(sample_cosine_hemisphere(frame, u, v)));
     }
-    return bsdf.has_glass ? sample_glass(bsdf, u, v) : Base::sample_bsdf(bsdf, u, v);
+    return bsdf.more.is_glass.any() ? sample_glass(bsdf, incident, u, v)
+                                    : Base::sample_bsdf(bsdf, incident, u, v);
   }
 
   LampSample<D> sample_lamp(const Lamp& lamp, V3<D> p, R u, R v) const {
@@ -149,25 +152,26 @@ struct FaultyEstimator : Estimator<Lanes> {
   }
 
  private:
-  BsdfSample<D> sample_glass(const BsdfLanes<D>& bsdf, R u, R v) const {
-    const R cosine = -dot(bsdf.normal, bsdf.incident);
+  BsdfSample<D> sample_glass(const Bsdf& bsdf, V3<D> incident, R u, R v) const {
+    const auto& glass = bsdf.more;
+    const R cosine = -dot(bsdf.normal, incident);
     // A number that lets light through unless it is reflected totally.
     const R through(T{1} - std::numeric_limits<T>::epsilon() / 2);
-    if (fault == Fault::fresnel_ignored) u = select(bsdf.is_glass, through, u);
+    if (fault == Fault::fresnel_ignored) u = select(glass.is_glass, through, u);
     if (fault == Fault::schlick) {
-      const R straight = (bsdf.n - R(1)) / (bsdf.n + R(1)), dim = R(1) - cosine;
+      const R straight = (glass.n - R(1)) / (glass.n + R(1)), dim = R(1) - cosine;
       const R f = straight * straight, fifth = dim * dim * dim * dim * dim;
       const R reflects = fma(R(1) - f, fifth, f);
-      u = select(bsdf.is_glass, select(u >= reflects, through, R(0)), u);
+      u = select(glass.is_glass, select(u >= reflects, through, R(0)), u);
     }
-    BsdfSample<D> sample = Base::sample_bsdf(bsdf, u, v);
+    BsdfSample<D> sample = Base::sample_bsdf(bsdf, incident, u, v);
     if (fault == Fault::n_squared) {
-      const Bool<D> is_through = bsdf.is_glass & (dot(bsdf.normal, sample.direction) < R(0));
-      sample.factor = select(is_through, bsdf.transmittance, sample.factor);
+      const Bool<D> is_through = glass.is_glass & (dot(bsdf.normal, sample.direction) < R(0));
+      sample.factor = select(is_through, glass.transmittance, sample.factor);
     }
     if (fault == Fault::total_reflection_black) {
-      const Bool<D> is_total =
-          bsdf.is_glass & (fresnel_of_glass(cosine, bsdf.n).reflectance == R(1));
+      R beyond;
+      const Bool<D> is_total = glass.is_glass & (fresnel_of_glass(cosine, glass.n, beyond) == R(1));
       sample.factor = select(is_total, V3<D>(R(0)), sample.factor);
     }
     return sample;

@@ -460,15 +460,13 @@ void set_row(SurfaceTable<T>& table, int id, int plane, const PlacedSurface& sur
     for (int i = 0; i < 3; ++i) set(column + i, v[i]);
   };
   const Bsdf& bsdf = surface.shape->bsdf;
-  const bool is_glass = bsdf.kind == Bsdf::Kind::dielectric;
-  set_vector(Table::reflectance, is_glass ? Rgb(1.0) : bsdf.reflectance);
-  set_vector(Table::gloss, bsdf.reflectance);
+  set_vector(Table::reflectance, bsdf.reflectance);
   set_vector(Table::transmittance, bsdf.transmittance);
   set_vector(Table::eta, bsdf.eta);
   set_vector(Table::k, bsdf.k);
   set(Table::mirror, bsdf.is_mirror());
   set(Table::alpha, bsdf.alpha);
-  set(Table::ior, is_glass ? bsdf.ior : 0.0);
+  set(Table::ior, bsdf.kind == Bsdf::Kind::dielectric ? bsdf.ior : 0.0);
   set(Table::two_sided, bsdf.two_sided);
   set(Table::plane, plane);
   if (const auto* sphere = std::get_if<Sphere>(&surface.geometry)) {
@@ -587,9 +585,7 @@ PackedScene<T>::PackedScene(const Scene& scene) {
     has_coplanar |= first != i;
     const Bsdf& bsdf = surface.shape->bsdf;
     has_mirrors |= bsdf.is_mirror();
-    has_rough |= bsdf.alpha > 0.0;
-    has_metals |= bsdf.is_metal() || bsdf.alpha > 0.0;
-    has_glass |= bsdf.kind == Bsdf::Kind::dielectric;
+    has_all_materials |= bsdf.is_metal() || bsdf.alpha > 0.0 || bsdf.kind == Bsdf::Kind::dielectric;
     has_two_sided |= bsdf.two_sided;
   }
   if (has_sky) lamps.push_back(pack_sky<T>(scene.sky, brightest));

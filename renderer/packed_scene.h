@@ -144,12 +144,11 @@ struct SurfaceTable {
   enum Column {  // three values each: normal to k
     normal = 0,
     point = 3,
-    reflectance = 6,  // of a dielectric 1, and these two say what multiplies the light of both ways
-    gloss = 9,
-    transmittance = 12,
-    eta = 15,
-    k = 18,
-    scale = 21,
+    reflectance = 6,
+    transmittance = 9,
+    eta = 12,
+    k = 15,
+    scale = 18,
     plane,  // Plane::id; of a sphere its own id
     sphere,
     mirror,
@@ -157,7 +156,7 @@ struct SurfaceTable {
     ior,    // of a dielectric, else 0
     two_sided
   };
-  static constexpr int columns = 28;
+  static constexpr int columns = 25;
 
   int count = 0;   // of surfaces
   int stride = 0;  // a multiple of 64 above that
@@ -200,9 +199,7 @@ struct PackedScene {
   std::vector<PackedLamp<T>> lamps;
   SurfaceTable<T> surfaces;
   bool has_mirrors = false;
-  bool has_metals = false;  // smooth ones with an index, or rough ones
-  bool has_rough = false;
-  bool has_glass = false;
+  bool has_all_materials = false;  // others than diffuse ones and perfect mirrors
   bool has_sky = false;
   bool has_mirrored_lamps = false;
   bool has_two_sided = false;

@@ -60,9 +60,8 @@ double fresnel(double cosine, const std::complex<double>& n) {
 // Of metals: what the reflectance is multiplied by.
 Vec3 fresnel(double cosine, const Bsdf& bsdf) {
   Vec3 reflected(1.0);
-  for (int c = 0; c < 3 && bsdf.is_metal(); ++c) {
+  for (int c = 0; c < 3 && bsdf.is_metal(); ++c)
     reflected[c] = fresnel(cosine, {bsdf.eta[c], bsdf.k[c]});
-  }
   return reflected;
 }
 
@@ -118,17 +117,15 @@ class Path {
       : scene_(scene), bounces_(bounces), random_(seed), rays_(rays) {}
 
   Vec3 radiance(int64_t pixel, const std::function<bool(int64_t)>& is_abandoned) {
-    const Camera& camera = scene_.camera;
+    const Camera& camera = scene_.model.camera;
     const double x = sample_filter(static_cast<int>(pixel % camera.width), camera.width);
     const double y = sample_filter(static_cast<int>(pixel / camera.width), camera.height);
     ray_ = {camera.origin, camera.direction(x, y).normalized()};
     for (int bounces = 0; bounces % 1024 != 1023 || !is_abandoned(bounces); ++bounces) {
       const auto [surface, distance] = nearest(ray_);
       if (surface == nullptr) {
-        if (bounces_.contains(bounces)) {
-          radiance_ += throughput_ * scene_.sky * balance_heuristic(pdf_, sky_pdf);
-        }
-        break;
+        const double weight = bounces_.contains(bounces) ? balance_heuristic(pdf_, sky_pdf) : 0.0;
+        return radiance_ + throughput_ * scene_.model.sky * weight;
       }
       const Vec3 point = ray_.at(distance);
       const bool is_front = surface->normal(point).dot(ray_.direction) < 0.0;
@@ -164,7 +161,7 @@ class Path {
 
   // A coordinate in the picture, in proportion to the pixel's filter.
   double sample_filter(int pixel, int size) {
-    const Filter& filter = scene_.camera.filter;
+    const Filter& filter = scene_.model.camera.filter;
     while (true) {
       const double from_middle = (2.0 * random() - 1.0) * filter.radius();
       const double x = pixel + 0.5 + from_middle;
@@ -209,16 +206,16 @@ class Path {
   }
 
   void add_sky(const Vec3& point, const Scattering& scattering) {
-    if (scene_.sky == Rgb(0.0)) return;
+    if (scene_.model.sky == Rgb(0.0)) return;
     const double cosine = 2.0 * random() - 1.0;
     const Ray ray{point, direction_around(scattering.normal, cosine, random())};
     const double weight = balance_heuristic(sky_pdf, scattering.pdf(ray.direction));
-    add_light(ray, delta, scattering, scene_.sky / sky_pdf * weight);
+    add_light(ray, delta, scattering, scene_.model.sky / sky_pdf * weight);
   }
 
   // The inverse-square law.
   void add_points(const Vec3& point, const Scattering& scattering) {
-    for (const PointLamp& lamp : scene_.points) {
+    for (const PointLamp& lamp : scene_.model.points) {
       const double distance = (lamp.position - point).length();
       const Ray ray{point, (lamp.position - point) / distance};
       add_light(ray, distance, scattering, lamp.intensity / (distance * distance));
@@ -253,8 +250,7 @@ class Path {
     pdf_ = delta;
     const double cosine = -normal.dot(ray_.direction);
     const Vec3 along = ray_.direction + normal * cosine;
-    const bool is_glass = bsdf.kind == Bsdf::Kind::dielectric;
-    if (is_glass && random() >= fresnel(cosine, n)) {
+    if (bsdf.kind == Bsdf::Kind::dielectric && random() >= fresnel(cosine, n)) {
       throughput_ *= bsdf.transmittance / (n * n);
       const Vec3 sine = along / n;
       return (sine - normal * std::sqrt(std::max(0.0, 1.0 - sine.length2()))).normalized();
@@ -274,8 +270,7 @@ class Path {
 
 }  // namespace
 
-PlainScene::PlainScene(const Scene& scene)
-    : camera(scene.camera), points(scene.points), sky(scene.sky), surfaces(list_surfaces(scene)) {
+PlainScene::PlainScene(const Scene& scene) : model(scene), surfaces(list_surfaces(scene)) {
   double size = 0.0, total = 0.0;
   for (const Surface& surface : surfaces) {
     size = std::max(size, std::sqrt(area(surface)));

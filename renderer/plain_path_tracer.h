@@ -18,9 +18,7 @@ namespace plumb {
 struct PlainScene {
   explicit PlainScene(const Scene& scene);
 
-  const Camera& camera;
-  const std::vector<PointLamp>& points;
-  const Rgb& sky;
+  const Scene& model;
   std::vector<Surface> surfaces;
   std::vector<double> choice;  // for each surface, the chance of being the lamp: its share of power
   double margin;  // minimum distance of what a ray meets from its ends: far above double's rounding

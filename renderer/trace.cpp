@@ -18,7 +18,9 @@ HWY_BEFORE_NAMESPACE();
 namespace plumb::HWY_NAMESPACE {
 
 int64_t trace_float(const TraceJob<PackedScene<float>>& job) {
-  return trace_paths<Estimator<hn::ScalableTag<float>>>(job);
+  using D = hn::ScalableTag<float>;
+  return job.scene.has_all_materials ? trace_paths<Estimator<D, true>>(job)
+                                     : trace_paths<Estimator<D, false>>(job);
 }
 
 const char* target() { return hwy::TargetName(HWY_TARGET); }

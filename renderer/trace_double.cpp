@@ -18,7 +18,9 @@ HWY_BEFORE_NAMESPACE();
 namespace plumb::HWY_NAMESPACE {
 
 int64_t trace_double(const TraceJob<PackedScene<double>>& job) {
-  return trace_paths<Estimator<hn::ScalableTag<double>>>(job);
+  using D = hn::ScalableTag<double>;
+  return job.scene.has_all_materials ? trace_paths<Estimator<D, true>>(job)
+                                     : trace_paths<Estimator<D, false>>(job);
 }
 
 }  // namespace plumb::HWY_NAMESPACE

@@ -27,16 +27,10 @@ struct BsdfSample {
 };
 
 // What Fresnel's equations say is reflected of unpolarised light that meets, at that cosine, a
-// smooth border, and the cosine of what goes through; 1 and 0 where nothing does (total
-// reflection).
+// smooth border, beyond which the refractive index is n times that on this side; and the cosine of
+// what goes through. They are 1 and 0 where nothing does (total reflection).
 template <class D>
-struct Fresnel {
-  Real<D> reflectance, cosine_beyond;
-};
-
-// Of glass, whose refractive index beyond the border is n times that on this side.
-template <class D>
-HWY_INLINE Fresnel<D> fresnel_of_glass(Real<D> cosine, Real<D> n) {
+HWY_INLINE Real<D> fresnel_of_glass(Real<D> cosine, Real<D> n, Real<D>& cosine_beyond) {
   using R = Real<D>;
   // n^2 - sine^2, which keeps its digits where n is close to 1.
   const R rest = fma(cosine, cosine, (n - R(1)) * (n + R(1)));
@@ -44,7 +38,8 @@ HWY_INLINE Fresnel<D> fresnel_of_glass(Real<D> cosine, Real<D> n) {
   const R nn_cosine = n * n * cosine;
   const R across = (cosine - beyond) / (cosine + beyond);
   const R in_plane = (nn_cosine - beyond) / (nn_cosine + beyond);
-  return {R(0.5f) * fma(across, across, in_plane * in_plane), beyond / n};
+  cosine_beyond = beyond / n;
+  return R(0.5f) * fma(across, across, in_plane * in_plane);
 }
 
 // Of a metal with the refractive index eta + i k; 1 where both are 0 (Born and Wolf, Principles of
@@ -122,52 +117,63 @@ struct Microfacets {
 //   glass     f = fresnel * reflectance * (the same), and for the other side
 //             (1 - fresnel) * transmittance / n^2 * (a delta at the refracted direction) / cosine
 //   rough     f = fresnel * reflectance * distribution * visible * visible / (4 * cosine * cosine)
-template <class D>
+template <class D, bool AllMaterials>
 struct BsdfLanes {
   using R = Real<D>;
 
-  V3<D> normal;  // on the side from which the path came
-  V3<D> incident;
-  V3<D> reflectance;  // of smooth metals what they show at the path's angle; of glass 1
-  Bool<D> is_mirror, is_glass, is_rough;
-  bool has_mirrors, has_glass, has_rough;  // whether any lane may see them
-  R n;                                     // of glass: the index beyond, in that on this side
-  V3<D> gloss, transmittance;  // of glass: what multiplies the light that each way brings
-  Microfacets<D> facets;       // of rough metals, as these two
-  V3<D> eta, k;
+  // What glass and metals with an index need, which a kernel without them does not hold.
+  struct More {
+    V3<D> incident;
+    Bool<D> is_glass, is_rough;
+    R n;                         // of glass: the index beyond, in that on this side
+    V3<D> gloss, transmittance;  // of glass: what multiplies the light that each way brings
+    Microfacets<D> facets;       // of rough metals, as these two
+    V3<D> eta, k;
+  };
+  struct Nothing {};
 
-  // Whether light is scattered in single directions alone. Not for these are the next three.
-  HWY_INLINE Bool<D> is_specular() const { return is_mirror | is_glass; }
+  V3<D> normal;       // on the side from which the path came
+  V3<D> reflectance;  // of smooth metals what they show at the path's angle; of glass 1
+  Bool<D> is_mirror;
+  Bool<D> is_specular;  // light is scattered in single directions: not for the next three
+  std::conditional_t<AllMaterials, More, Nothing> more;
 
   // What multiplies the number that makes f.
   HWY_INLINE V3<D> colour(V3<D> direction) const {
-    if (!has_rough) return reflectance;
-    const R cosine = max(dot(half(direction), direction), R(0));
-    return select(is_rough, reflectance * fresnel_of_metal(cosine, eta, k), reflectance);
+    if constexpr (AllMaterials) {
+      const R cosine = max(dot(half(direction), direction), R(0));
+      const V3<D> rough = reflectance * fresnel_of_metal(cosine, more.eta, more.k);
+      return select(more.is_rough, rough, reflectance);
+    }
+    return reflectance;
   }
 
   // f * cosine / colour, the cosine being that of `direction`.
   HWY_INLINE R eval(V3<D> direction) const {
-    const R cosine = dot(normal, direction), diffuse = cosine * R::inverse_pi();
-    if (!has_rough) return diffuse;
-    const R rough = pdf(direction) * facets.visible(max(cosine, R(0)));
-    return select(is_rough, rough, diffuse);
+    const R density = pdf(direction);
+    if constexpr (AllMaterials) {
+      const R visible = more.facets.visible(max(dot(normal, direction), R(0)));
+      return select(more.is_rough, density * visible, density);
+    }
+    return density;
   }
 
   // The density of `direction` in sample().
   HWY_INLINE R pdf(V3<D> direction) const {
     const R cosine = dot(normal, direction), diffuse = cosine * R::inverse_pi();
-    if (!has_rough) return diffuse;
-    const R seen = max(-dot(normal, incident), R(1e-10f));
-    const R rough =
-        facets.distribution(normal, half(direction)) * facets.visible(seen) / (R(4) * seen);
-    return select(is_rough, select(cosine > R(0), rough, R(0)), diffuse);
+    if constexpr (AllMaterials) {
+      const R seen = max(-dot(normal, more.incident), R(1e-10f));
+      const R rough = more.facets.distribution(normal, half(direction)) *
+                      more.facets.visible(seen) / (R(4) * seen);
+      return select(more.is_rough, select(cosine > R(0), rough, R(0)), diffuse);
+    }
+    return diffuse;
   }
 
   // A direction in proportion to f * cosine, of rough metals nearly, from u and v in the unit
   // square.
-  HWY_INLINE BsdfSample<D> sample(R u, R v) const {
-    return other_or(u, v, sample_cosine_hemisphere(frame_around(normal), u, v));
+  HWY_INLINE BsdfSample<D> sample(V3<D> incident, R u, R v) const {
+    return other_or(incident, u, v, sample_cosine_hemisphere(frame_around(normal), u, v));
   }
 
   // f * cosine / pdf of the directions that sample() takes, but for the sample's factor. A diffuse
@@ -175,42 +181,44 @@ struct BsdfLanes {
   HWY_INLINE V3<D> weight() const { return reflectance; }
 
   // The sample; where the surface is diffuse, that of the direction `scattered`.
-  HWY_INLINE BsdfSample<D> other_or(R u, R v, V3<D> scattered) const {
+  HWY_INLINE BsdfSample<D> other_or(V3<D> incident, R u, R v, V3<D> scattered) const {
     BsdfSample<D> sample{scattered, R(0), V3<D>(R(1))};
-    if (has_rough && is_rough.any()) reflect_roughly(u, v, sample);
+    if constexpr (AllMaterials) {
+      if (more.is_rough.any()) reflect_roughly(u, v, sample);
+    }
     sample.pdf = pdf(sample.direction);
-    if (!has_mirrors && !has_glass) return sample;
+    if (!is_specular.any()) return sample;
     const R twice = R(-2) * dot(normal, incident);
     sample.direction =
-        select(is_specular(), normalize(fma(normal, twice, incident)), sample.direction);
-    sample.pdf = select(is_specular(), R(delta<hn::TFromD<D>>), sample.pdf);
-    if (has_glass && is_glass.any()) go_through(u, sample);
+        select(is_specular, normalize(fma(normal, twice, incident)), sample.direction);
+    sample.pdf = select(is_specular, R(delta<hn::TFromD<D>>), sample.pdf);
+    if constexpr (AllMaterials) go_through(u, sample);
     return sample;
   }
 
-  HWY_INLINE V3<D> half(V3<D> direction) const { return normalize(direction - incident); }
+  HWY_INLINE V3<D> half(V3<D> direction) const { return normalize(direction - more.incident); }
 
   HWY_INLINE void reflect_roughly(R u, R v, BsdfSample<D>& sample) const {
-    const V3<D> mirror = facets.sample(normal, -incident, u, v);
-    const V3<D> direction = normalize(fma(mirror, R(-2) * dot(mirror, incident), incident));
-    sample.direction = select(is_rough, direction, sample.direction);
+    const V3<D> mirror = more.facets.sample(normal, -more.incident, u, v);
+    const R twice = R(-2) * dot(mirror, more.incident);
+    const V3<D> direction = normalize(fma(mirror, twice, more.incident));
     const R cosine = max(dot(normal, direction), R(0));
     const R facing = max(dot(mirror, direction), R(0));
-    const V3<D> factor = fresnel_of_metal(facing, eta, k) * facets.visible(cosine);
-    sample.factor = select(is_rough, factor, sample.factor);
+    const V3<D> factor = fresnel_of_metal(facing, more.eta, more.k) * more.facets.visible(cosine);
+    sample.direction = select(more.is_rough, direction, sample.direction);
+    sample.factor = select(more.is_rough, factor, sample.factor);
   }
 
   // Takes Fresnel's reflectance as the chance of reflection; Snell's law says where the rest goes.
   HWY_INLINE void go_through(R u, BsdfSample<D>& sample) const {
-    const R cosine = max(-dot(normal, incident), R(1e-10f));
-    const Fresnel<D> fresnel = fresnel_of_glass(cosine, n);
-    const R inverse = R(1) / n;
-    const R along_normal = cosine * inverse - fresnel.cosine_beyond;
-    const Bool<D> through = is_glass & (u >= fresnel.reflectance);
-    sample.direction =
-        select(through, normalize(fma(incident, inverse, normal * along_normal)), sample.direction);
-    const V3<D> factor = select(through, transmittance * (inverse * inverse), gloss);
-    sample.factor = select(is_glass, factor, sample.factor);
+    const R cosine = max(-dot(normal, more.incident), R(1e-10f));
+    const R inverse = R(1) / more.n;
+    R beyond;
+    const Bool<D> through = more.is_glass & (u >= fresnel_of_glass(cosine, more.n, beyond));
+    const V3<D> onward = fma(more.incident, inverse, normal * (cosine * inverse - beyond));
+    sample.direction = select(through, normalize(onward), sample.direction);
+    const V3<D> factor = select(through, more.transmittance * (inverse * inverse), more.gloss);
+    sample.factor = select(more.is_glass, factor, sample.factor);
   }
 };
 

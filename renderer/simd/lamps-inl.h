@@ -285,11 +285,6 @@ HWY_INLINE LampSample<D> sample_sphere(const PackedLamp<hn::TFromD<D>>& lamp, V3
           fma(s.distance, cosine, -half_chord), s.solid_angle(), s.distance > radius};
 }
 
-template <class D>
-HWY_INLINE Real<D> inverse_sky_pdf(V3<D> normal, V3<D> direction) {
-  return Real<D>::pi() / dot(normal, direction);
-}
-
 // One over the squared distance is what its intensity is multiplied by: no density's inverse, but
 // in its place.
 template <class D>
@@ -305,7 +300,7 @@ template <class D>
 HWY_INLINE LampSample<D> sample_sky(V3<D> normal, Real<D> u, Real<D> v) {
   using R = Real<D>;
   const V3<D> direction = sample_cosine_hemisphere(frame_around(normal), u, v);
-  return {direction, R(hwy::HighestValue<hn::TFromD<D>>()), inverse_sky_pdf(normal, direction),
+  return {direction, R(hwy::HighestValue<hn::TFromD<D>>()), R::pi() / dot(normal, direction),
           !Bool<D>::none()};
 }
 

@@ -151,10 +151,10 @@ class LaneSamples {
 };
 
 // Where paths meet surfaces.
-template <class D>
+template <class D, class Bsdf>
 struct SurfaceInteraction {
   V3<D> point;
-  BsdfLanes<D> bsdf;
+  Bsdf bsdf;
   Real<D> id, plane;
   Real<D> distance;  // that the path came
   Bool<D> scatters;  // neither in the void nor on a black back
@@ -191,10 +191,13 @@ HWY_INLINE Real<D> balance_heuristic_of_ratio(Real<D> q_over_p) {
   return Real<D>(1) / (Real<D>(1) + q_over_p);
 }
 
-// The chances that a path takes, and the weights that make up for them.
-template <class Lanes>
+// The chances that a path takes, and the weights that make up for them. Without all materials there
+// are matte surfaces and perfect mirrors alone, and no time is lost on others.
+template <class Lanes, bool AllMaterials>
 struct Estimator {
   using D = Lanes;
+  using Bsdf = BsdfLanes<D, AllMaterials>;
+  static constexpr bool all_materials = AllMaterials;
   using T = hn::TFromD<D>;
   using R = Real<D>;
   using Lamp = PackedLamp<T>;
@@ -207,8 +210,8 @@ struct Estimator {
   HWY_INLINE Sample<D> draw(Sampler sampler, const SampleIndex<D>& index, Bits<D> pair) const {
     return plumb::HWY_NAMESPACE::draw(sampler, index, pair);
   }
-  HWY_INLINE BsdfSample<D> sample_bsdf(const BsdfLanes<D>& bsdf, R u, R v) const {
-    return bsdf.sample(u, v);
+  HWY_INLINE BsdfSample<D> sample_bsdf(const Bsdf& bsdf, V3<D> incident, R u, R v) const {
+    return bsdf.sample(incident, u, v);
   }
   HWY_INLINE LampSample<D> sample_lamp(const Lamp& lamp, V3<D> p, R u, R v) const {
     return plumb::HWY_NAMESPACE::sample_lamp(lamp, p, u, v);
@@ -245,6 +248,8 @@ class Packet {
   using T = hn::TFromD<D>;
   using R = Real<D>;
   using Table = SurfaceTable<T>;
+  using Bsdf = typename Estimator::Bsdf;
+  using Interaction = SurfaceInteraction<D, Bsdf>;
 
  public:
   explicit Packet(const TraceJob<PackedScene<T>>& job)
@@ -350,11 +355,12 @@ class Packet {
   }
 
   void scatter(const Sample<D>& sample) {
-    const BsdfSample<D> scattered = estimator_.sample_bsdf(surface_.bsdf, sample.u, sample.v);
+    const BsdfSample<D> scattered =
+        estimator_.sample_bsdf(surface_.bsdf, ray_.direction, sample.u, sample.v);
     ray_.direction = scattered.direction;
     pdf_ = scattered.pdf;
-    if (scene_.has_glass || scene_.has_rough) throughput_ = throughput_ * scattered.factor;
-    if (scene_.has_sky) inverse_sky_pdf_ = inverse_sky_pdf(surface_.bsdf.normal, ray_.direction);
+    if (Estimator::all_materials) throughput_ = throughput_ * scattered.factor;
+    if (scene_.has_sky) inverse_sky_pdf_ = R::pi() / dot(surface_.bsdf.normal, ray_.direction);
   }
 
   // Of paths that stand on a mirror, before they leave it.
@@ -400,7 +406,7 @@ class Packet {
 
   // Puts the point onto its surface, where rounding along the ray has left it beside, and off the
   // surface's edges (see packed_scene.h).
-  HWY_INLINE SurfaceInteraction<D> surface_interaction(const Hit<D>& hit) const {
+  HWY_INLINE Interaction surface_interaction(const Hit<D>& hit) const {
     V3<D> normal = lookup_vector(Table::normal, hit.id);
     const V3<D> middle = lookup_vector(Table::point, hit.id);
     const V3<D> from_middle = ray_.at(hit.distance) - middle;
@@ -422,30 +428,28 @@ class Packet {
             .front = front};
   }
 
-  HWY_INLINE BsdfLanes<D> bsdf(R id, V3<D> normal, Bool<D> front) const {
-    BsdfLanes<D> bsdf{};  // zeros: neither glass nor rough
+  HWY_INLINE Bsdf bsdf(R id, V3<D> normal, Bool<D> front) const {
+    Bsdf bsdf;
     bsdf.normal = normal;
-    bsdf.incident = ray_.direction;
     bsdf.reflectance = lookup_vector(Table::reflectance, id);
-    bsdf.is_mirror = lookup_flag(scene_.has_mirrors, Table::mirror, id);
-    bsdf.has_mirrors = scene_.has_mirrors;
-    bsdf.has_glass = scene_.has_glass;
-    bsdf.has_rough = scene_.has_rough;
-    if (scene_.has_metals) {
-      bsdf.eta = lookup_vector(Table::eta, id);
-      bsdf.k = lookup_vector(Table::k, id);
-      bsdf.facets.alpha = lookup(Table::alpha, id);
-      bsdf.is_rough = bsdf.facets.alpha > R(0);
+    bsdf.is_mirror = bsdf.is_specular = lookup_flag(scene_.has_mirrors, Table::mirror, id);
+    if constexpr (Estimator::all_materials) {
+      auto& more = bsdf.more;
+      more.incident = ray_.direction;
+      more.eta = lookup_vector(Table::eta, id);
+      more.k = lookup_vector(Table::k, id);
+      more.facets.alpha = lookup(Table::alpha, id);
+      more.is_rough = more.facets.alpha > R(0);
       const R cosine = max(-dot(normal, ray_.direction), R(0));
-      const V3<D> shown = bsdf.reflectance * fresnel_of_metal(cosine, bsdf.eta, bsdf.k);
-      bsdf.reflectance = select(bsdf.is_rough, bsdf.reflectance, shown);
-    }
-    if (scene_.has_glass) {
+      const V3<D> smooth = bsdf.reflectance * fresnel_of_metal(cosine, more.eta, more.k);
       const R ior = lookup(Table::ior, id);
-      bsdf.is_glass = ior > R(0);
-      bsdf.n = select(front, ior, R(1) / ior);
-      bsdf.gloss = lookup_vector(Table::gloss, id);
-      bsdf.transmittance = lookup_vector(Table::transmittance, id);
+      more.is_glass = ior > R(0);
+      bsdf.is_specular = bsdf.is_mirror | more.is_glass;
+      more.n = select(front, ior, R(1) / ior);
+      more.gloss = bsdf.reflectance;
+      bsdf.reflectance =
+          select(more.is_glass, V3<D>(R(1)), select(more.is_rough, more.gloss, smooth));
+      more.transmittance = lookup_vector(Table::transmittance, id);
     }
     return bsdf;
   }
@@ -506,7 +510,7 @@ class Packet {
   // Next event estimation: a lamp for each path, chosen by what it may send to the point, and a
   // point on it.
   void sample_lamps(const Sample<D>& sample) {
-    Bool<D> left = alive_ & !surface_.bsdf.is_specular();
+    Bool<D> left = alive_ & !surface_.bsdf.is_specular;
     if (!settings_.bounces.is_everything()) left = left & counts(depth_ + R(1));
     if (scene_.lamps.size() == 1) {
       const auto& lamp = scene_.lamps.front();
@@ -548,7 +552,7 @@ class Packet {
   //   f / p * p / (p + q) = f / (p + q)
   void set_direct_light(const PackedLamp<T>& lamp, Bool<D> chosen, R choice,
                         const LampSample<D>& to_lamp) {
-    const BsdfLanes<D>& bsdf = surface_.bsdf;
+    const Bsdf& bsdf = surface_.bsdf;
     const R f_cosine = bsdf.eval(to_lamp.direction);  // over the colour
     R pdf = choice;  // p, then p + q: here and below times inverse_pdf
     if (settings_.method == Method::mis && lamp.kind != PackedLamp<T>::Kind::point) {
@@ -575,7 +579,7 @@ class Packet {
   // probability sampling plan", Biometrika 69(3), 1982).
   void sample_mirrored_lamps(const Sample<D>& sample) {
     const auto brightness = [](V3<D> light) { return light.x + light.y + light.z; };
-    Bool<D> receives = alive_ & !surface_.bsdf.is_specular();
+    Bool<D> receives = alive_ & !surface_.bsdf.is_specular;
     if (!settings_.bounces.is_everything()) receives = receives & counts(depth_ + R(2));
     light_.by_mirror = Bool<D>::none();
     R sum = select(light_.any, brightness(light_.radiance), R(0));
@@ -608,11 +612,11 @@ class Packet {
   // inverse_pdf, too.
   V3<D> mirrored_light(const PackedLamp<T>& lamp, const PackedMirror<T>& mirror,
                        const Reflection<D>& way, V3<D> lamp_normal) const {
-    const BsdfLanes<D>& bsdf = surface_.bsdf;
+    const Bsdf& bsdf = surface_.bsdf;
     const R emitter_cosine = max(-dot(lamp_normal, way.onward), R(0));
     const R inverse_pdf = R(lamp.area) * emitter_cosine / way.beam.squared_distance(way.to_lamp);
     V3<D> reflectance(mirror.reflectance);
-    if (scene_.has_metals) {
+    if (Estimator::all_materials) {
       const V3<D> between = way.onward - way.direction;  // along the mirror's normal
       const R cosine = R(0.5f) * sqrt(dot(between, between));
       reflectance = reflectance * fresnel_of_metal(cosine, V3<D>(mirror.eta), V3<D>(mirror.k));
@@ -673,7 +677,7 @@ class Packet {
   R choice_weights_;  // of all lamps where the ray begins
   R choice_;          // from 0 to 1: the lamp itself or one of its mirrors
   ByMirror<D> by_mirror_;
-  SurfaceInteraction<D> surface_;
+  Interaction surface_;
   DirectLight<D> light_;
   int64_t rays_ = 0;
 };
