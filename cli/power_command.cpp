@@ -27,7 +27,8 @@ namespace {
 
 struct Options {
   std::vector<std::string> scenes{scene_folder() / "cornell/scene.xml",
-                                  scene_folder() / "seed/scene.xml"};
+                                  scene_folder() / "seed/scene.xml",
+                                  scene_folder() / "spheres/scene.xml"};
   std::vector<std::string> faults;
   std::string reference = "plumbline.exr";
   double seconds = 60.0;
@@ -215,7 +216,7 @@ int run(const Options& options) {
 void add_power(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App& command = *app.add_subcommand("power", "Tell how soon 'compare' finds planted faults");
-  add_option(command, "SCENE", "", options->scenes, "Scene files (default: cornell and seed)");
+  add_option(command, "SCENE", "", options->scenes, "Scene files (default: cornell, seed, spheres)");
   add_option(command, "--fault", "NAME", options->faults,
              "Only these, as for 'plumb render' (default: all,\n"
              "those of glass where there is glass)");
