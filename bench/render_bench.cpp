@@ -168,7 +168,10 @@ void add_rows(Table& table) {
       }
     }
   }
-  for (const std::string scene : {"cornell", "seed"}) {
+  for (const std::string scene : {"spheres", "metals"}) {
+    add(scene + "/mis/sobol", scene, {.bounces = {}});
+  }
+  for (const std::string scene : {"cornell", "seed", "spheres", "metals"}) {
     for (const OtherRenderer& renderer : other_renderers()) {
       if (!renderer.has_samples) continue;
       table.add(scene + "/" + renderer.name, [&] { return measure_other(scene, renderer); });
