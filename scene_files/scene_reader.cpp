@@ -354,11 +354,11 @@ class Reader {
     bsdf.alpha = read_positive(node, u ? "alpha_u" : "alpha", 0.1);
     constexpr double least = 1e-3;  // float has no digits for less
     if (!(bsdf.alpha >= least && bsdf.alpha <= 1.0)) {
-      file_.refuse(node, fmt::format("alpha must be from {} to 1", least));
+      file_.refuse(u ? u : parameter(node, "alpha"), fmt::format("must be from {} to 1", least));
     }
     if (u && parameter(node, "alpha")) file_.refuse(u, "give either alpha or alpha_u and alpha_v");
     if (bool(u) != bool(v) || (v && read_positive(node, "alpha_v", 0.1) != bsdf.alpha)) {
-      file_.refuse(node, "supported: alpha_u and alpha_v that are the same");
+      file_.refuse(u ? u : v, "supported: alpha_u and alpha_v that are the same");
     }
     if (!parameter(node, "distribution")) {
       file_.refuse(node,
@@ -503,7 +503,7 @@ class Reader {
     }
     const xml_node emitter = node.child("emitter");
     if (emitter && type_of(emitter) != "area") {
-      file_.refuse(emitter, "shapes have emitters of the type area");
+      file_.refuse(emitter, "in a shape; supported: area");
     } else if (emitter) {
       shape.radiance = read_color(emitter, "radiance", 1.0, highest_radiance);
     }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -147,12 +148,15 @@ TEST_P(EmitterWithoutShape, LightsAsItsClosedFormSays) {
   const auto& [combination, number] = GetParam();
   const auto& [method, sampler, precision] = combination;
   const Case c = cases()[size_t(number)];
-  if (method == Method::bsdf && !c.scene.points.empty()) GTEST_SKIP() << "never met by chance";
   const Settings settings{.method = method,
                           .sampler = sampler,
                           .precision = precision,
                           .seed = 1,
                           .bounces = c.bounces};
+  if (method == Method::bsdf && !c.scene.points.empty()) {
+    EXPECT_THROW(render_film(c.scene, settings, {0, 4}), std::invalid_argument);
+    return;
+  }
   const double wanted = (method == Method::plain ? 3e-3 : 5e-4) * c.patience;
   const Measurement m = measure_until(c.scene, settings, wanted);
   EXPECT_LE(m.standard_error, wanted * m.mean);

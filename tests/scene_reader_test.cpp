@@ -326,6 +326,40 @@ TEST_F(SceneReader, ReadsAConductor) {
   EXPECT_EQ(bsdf.reflectance, Rgb(0.9));
 }
 
+TEST_F(SceneReader, ReadsRoughMetals) {
+  const auto read_rough = [&](const std::string& inside) {
+    return read_shape("sphere", R"(<bsdf type="roughconductor">)"
+                                R"(<string name="distribution" value="ggx"/>)" +
+                                    inside + "</bsdf>")
+        .bsdf;
+  };
+  EXPECT_EQ(read_rough("").alpha, 0.1);
+  EXPECT_FALSE(read_rough("").is_metal());
+  EXPECT_FALSE(read_rough("").is_specular());
+  const Bsdf gold = read_rough(
+      R"(<string name="material" value="Au"/><float name="alpha_u" value="0.3"/>)"
+      R"(<float name="alpha_v" value="0.3"/><boolean name="sample_visible" value="true"/>)");
+  EXPECT_EQ(gold.alpha, 0.3);
+  EXPECT_EQ(gold.k, Rgb(3.983, 2.38556, 1.60336));
+}
+
+TEST_F(SceneReader, ReadsSkiesAndPoints) {
+  EXPECT_FALSE(read("").has_lamps());
+  const Scene sky =
+      read(R"(<emitter type="constant"><rgb name="radiance" value="1, 2, 3"/></emitter>)");
+  EXPECT_EQ(sky.sky, Rgb(1, 2, 3));
+  EXPECT_EQ(read(R"(<emitter type="constant"/>)").sky, Rgb(1.0));
+  const Scene points = read(R"(<emitter type="point"><point name="position" x="1" y="2" z="3"/>)"
+                            R"(<rgb name="intensity" value="4, 5, 6"/></emitter>)"
+                            R"(<emitter type="point"><transform name="to_world"><scale value="2"/>)"
+                            R"(<translate x="7"/></transform></emitter>)");
+  ASSERT_EQ(points.points.size(), 2u);
+  EXPECT_EQ(points.points[0].position, Vec3(1, 2, 3));
+  EXPECT_EQ(points.points[0].intensity, Rgb(4, 5, 6));
+  EXPECT_EQ(points.points[1].position, Vec3(7, 0, 0));
+  EXPECT_EQ(points.points[1].intensity, Rgb(1.0));
+}
+
 TEST_F(SceneReader, ReadsMetals) {
   const auto read_metal = [&](const std::string& inside) {
     return read_shape("sphere", R"(<bsdf type="conductor">)" + inside + "</bsdf>").bsdf;
@@ -880,6 +914,40 @@ TEST_F(SceneReaderRefuses, OtherMetals) {
                  {R"(<float name="alpha" value="0.1"/>)", "alpha is not supported here"},
                  {R"(<float name="int_ior" value="1.5"/>)", "int_ior is not supported here"},
              });
+}
+
+TEST_F(SceneReaderRefuses, OtherRoughMetals) {
+  const std::string ggx = R"(<string name="distribution" value="ggx"/>)";
+  expect_all(
+      sensor + R"(<bsdf type="roughconductor">)", "</bsdf>",
+      {
+          {"", "is Beckmann's in Mitsuba; supported: "},
+          {R"(<string name="distribution" value="beckmann"/>)", "supported: ggx"},
+          {ggx + R"(<float name="alpha" value="0"/>)", "must be positive"},
+          {ggx + R"(<float name="alpha" value="0.0001"/>)", "must be from 0.001 to 1"},
+          {ggx + R"(<float name="alpha" value="2"/>)", "must be from 0.001 to 1"},
+          {ggx + R"(<float name="alpha_u" value="0.1"/>)", "alpha_u and alpha_v that are the same"},
+          {ggx + R"(<float name="alpha_u" value="0.1"/><float name="alpha_v" value="0.2"/>)",
+           "alpha_u and alpha_v that are the same"},
+          {ggx + R"(<float name="alpha" value="0.1"/><float name="alpha_u" value="0.1"/>)" +
+               R"(<float name="alpha_v" value="0.1"/>)",
+           "either alpha or alpha_u and alpha_v"},
+      });
+}
+
+TEST_F(SceneReaderRefuses, OtherSkiesAndPoints) {
+  expect_all(sensor, "",
+             {
+                 {R"(<emitter type="constant"/><emitter type="constant"/>)", "a sky already"},
+                 {R"(<emitter type="constant"><rgb name="radiance" value="-1"/></emitter>)",
+                  "must be from 0"},
+                 {R"(<emitter type="envmap"/>)", "supported: area, constant, point"},
+                 {R"(<emitter type="point"><point name="position" x="1" y="2" z="3"/>)"
+                  R"(<transform name="to_world"/></emitter>)",
+                  "either position or to_world"},
+             });
+  expect_all(sensor + R"(<shape type="cube">)", "</shape>",
+             {{R"(<emitter type="constant"/>)", "supported: area"}});
 }
 
 TEST_F(SceneReaderRefuses, OtherGlass) {
