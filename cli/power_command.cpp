@@ -216,7 +216,8 @@ int run(const Options& options) {
 void add_power(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App& command = *app.add_subcommand("power", "Tell how soon 'compare' finds planted faults");
-  add_option(command, "SCENE", "", options->scenes, "Scene files (default: cornell, seed, spheres)");
+  add_option(command, "SCENE", "", options->scenes,
+             "Scene files (default: cornell, seed, spheres)");
   add_option(command, "--fault", "NAME", options->faults,
              "Only these, as for 'plumb render' (default: all,\n"
              "those of glass where there is glass)");
