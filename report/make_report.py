@@ -153,14 +153,19 @@ class SceneReport:
         for title, file in stored.values():
             self.show(title, file, "make references")
 
+    def methods(self):
+        """Of the plan's methods those that find light here: chance never meets a point."""
+        has_points = '<emitter type="point"' in self.scene.read_text()
+        return self.plan.methods.replace("bsdf,", "") if has_points else self.plan.methods
+
     def draw_series(self):
         more = () if not self.plan.cut_bounces else (("--bounces", self.plan.cut_bounces),)
         for bounces in ((), *more):
             folder = self.folder / ("cut" if bounces else "whole")
             methods = (("--methods", "mis") if bounces else
-                       ("--methods", self.plan.methods, "--samplers", self.plan.samplers))
+                       ("--methods", self.methods(), "--samplers", self.plan.samplers))
             self.run(
-                f"Plumbline {' '.join(bounces) or self.plan.methods}, 1 to {self.plan.last} spp",
+                f"Plumbline {' '.join(bounces) or self.methods()}, 1 to {self.plan.last} spp",
                 "converge", self.scene, *methods, *bounces, "--spp", f"1:{self.plan.last}",
                 "--runs", self.plan.runs, "--keep", folder, "--reference", self.reference[1])
             self.series += sorted(folder.glob("*.exr"))
