@@ -210,6 +210,16 @@ class ReportOfAllScenes(unittest.TestCase):
         for said in ("fewer samples than Cornell box and Seed scene", "No reference", "POV-Ray did not draw this scene"):
             self.assertIn(said, notes)
 
+    def test_light_that_chance_never_meets_is_not_asked_of_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pages = keep_pages(self.addCleanup)
+            with mock.patch.object(make_report, "other_renderers", lambda _: table([])):
+                make_report.make(PLUMB, make_report.Plan(out=pathlib.Path(folder), scenes=("shadows",),
+                                                         methods="bsdf,mis", best=16, last=4, runs=2))
+        plot = pages[-1]["scenes"][0]["convergence"]["svg"]
+        self.assertIn("plumbline mis sobol", plot)
+        self.assertNotIn("bsdf", plot)
+
 
 class InterruptedReport(unittest.TestCase):
     def test_ends_as_interrupted_and_keeps_what_is_finished(self):
