@@ -56,7 +56,7 @@ help:
 	@echo "make differential  holds methods, precisions and Mitsuba, if it is installed, against each"
 	@echo "                   other in random scenes (SCENES=1000: half an hour; with Mitsuba hours)"
 	@echo "make gate    holds pictures rendered now against the stored ones of other programs"
-	@echo "make report  renders the scenes with all programs and writes out/report.html (10 minutes)"
+	@echo "make report  renders the scenes with all programs and writes out/report.html (15 minutes)"
 	@echo "make page    puts the live page together: out/plumbline.html"
 	@echo "make page-test  tests it in Node, Chromium and Firefox, where they can be had (3 minutes)"
 	@echo "make bench   measures the renderer's speed and noise"

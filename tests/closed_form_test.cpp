@@ -12,21 +12,13 @@
 #include <vector>
 
 #include "scene/surfaces.h"
-#include "tests/combinations.h"
+#include "tests/closed_forms.h"
 #include "tests/test_scenes.h"
 
 namespace plumb::test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-struct Case {
-  std::string name;
-  Scene scene;
-  double radiance;  // expected in every pixel's mean, all channels
-  BounceRange bounces;
-  double patience = 1.0;  // by how much its standard error may be larger than the others'
-};
 
 // Irradiance at p, facing n, from a polygon of radiance 1 that is all above p's horizon: Lambert
 // 1760, half the sum over the edges of the angle they are seen at times the normal's component
@@ -238,21 +230,10 @@ class ClosedForm : public testing::TestWithParam<std::tuple<Combination, int>> {
 
 TEST_P(ClosedForm, IsMetWithinFourStandardErrors) {
   const auto& [combination, number] = GetParam();
-  const auto& [method, sampler, precision] = combination;
-  const Case c = cases()[size_t(number)];
-  const Settings settings{.method = method,
-                          .sampler = sampler,
-                          .precision = precision,
-                          .seed = 1,
-                          .bounces = c.bounces};
-  const double slow = method == Method::plain ? 3e-3 : 1e-3;
+  const Method method = std::get<Method>(combination);
   const bool is_sampled = method == Method::nee || method == Method::mis;
-  const double wanted = (is_sampled ? 2e-4 : slow) * c.patience;
-  const Measurement m = measure_until(c.scene, settings, wanted);
-  EXPECT_LE(m.standard_error, wanted * m.mean) << c.name;
-  EXPECT_NEAR(m.mean, c.radiance, 4.0 * m.standard_error + 1e-6 * c.radiance)
-      << c.name << ": " << (m.mean / c.radiance - 1.0) * 100.0 << " % off, standard error "
-      << m.standard_error / c.radiance * 100.0 << " %";
+  const double wanted = is_sampled ? 2e-4 : method == Method::plain ? 3e-3 : 1e-3;
+  expect_met(cases()[size_t(number)], combination, wanted, 1e-6);
 }
 
 std::string case_name_of(const testing::TestParamInfo<ClosedForm::ParamType>& info) {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/combinations.h"
+#include "tests/closed_forms.h"
 #include "tests/test_scenes.h"
 
 namespace plumb::test {
@@ -18,14 +18,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr double albedo = 0.75;
-
-struct Case {
-  std::string name;
-  Scene scene;
-  double radiance;  // in every pixel's mean, all channels
-  BounceRange bounces{};
-  double patience = 1.0;  // by how much its standard error may be larger than the others'
-};
 
 // A small floor around the origin, seen from aside.
 Scene floor_at_origin() {
@@ -146,23 +138,14 @@ class EmitterWithoutShape : public testing::TestWithParam<std::tuple<Combination
 
 TEST_P(EmitterWithoutShape, LightsAsItsClosedFormSays) {
   const auto& [combination, number] = GetParam();
-  const auto& [method, sampler, precision] = combination;
   const Case c = cases()[size_t(number)];
-  const Settings settings{.method = method,
-                          .sampler = sampler,
-                          .precision = precision,
-                          .seed = 1,
-                          .bounces = c.bounces};
+  const Method method = std::get<Method>(combination);
   if (method == Method::bsdf && !c.scene.points.empty()) {
-    EXPECT_THROW(render_film(c.scene, settings, {0, 4}), std::invalid_argument);
+    EXPECT_THROW(render_film(c.scene, {.method = method, .bounces = {}}, {0, 4}),
+                 std::invalid_argument);
     return;
   }
-  const double wanted = (method == Method::plain ? 3e-3 : 5e-4) * c.patience;
-  const Measurement m = measure_until(c.scene, settings, wanted);
-  EXPECT_LE(m.standard_error, wanted * m.mean);
-  EXPECT_NEAR(m.mean, c.radiance, 4.0 * m.standard_error + 3e-6 * c.radiance)
-      << (m.mean / c.radiance - 1.0) * 100.0 << " % off, standard error "
-      << m.standard_error / c.radiance * 100.0 << " %";
+  expect_met(c, combination, method == Method::plain ? 3e-3 : 5e-4, 3e-6);
 }
 
 std::string case_name_of(const testing::TestParamInfo<EmitterWithoutShape::ParamType>& info) {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "scene_files/air_gap.h"
-#include "tests/combinations.h"
+#include "tests/closed_forms.h"
 #include "tests/test_scenes.h"
 
 namespace plumb::test {
@@ -29,14 +29,6 @@ double reflectance(double angle, Index n) {
           std::norm(std::tan(angle - beyond) / std::tan(angle + beyond))) /
          2.0;
 }
-
-struct Case {
-  std::string name;
-  Scene scene;
-  double radiance;  // in every pixel and channel
-  BounceRange bounces{};
-  double patience = 1.0;  // by how much its standard error may be larger than the others'
-};
 
 std::string degrees(double angle) { return std::to_string(std::lround(angle * 180.0 / pi)); }
 
@@ -211,19 +203,8 @@ class Fresnel : public testing::TestWithParam<std::tuple<Combination, int>> {};
 
 TEST_P(Fresnel, IsMetWithinFourStandardErrors) {
   const auto& [combination, number] = GetParam();
-  const auto& [method, sampler, precision] = combination;
-  const Case c = cases()[size_t(number)];
-  const Settings settings{.method = method,
-                          .sampler = sampler,
-                          .precision = precision,
-                          .seed = 1,
-                          .bounces = c.bounces};
-  const double wanted = (method == Method::plain ? 3e-3 : 5e-4) * c.patience;
-  const Measurement m = measure_until(c.scene, settings, wanted);
-  EXPECT_LE(m.standard_error, wanted * m.mean);
-  EXPECT_NEAR(m.mean, c.radiance, 4.0 * m.standard_error + 3e-6 * c.radiance)
-      << (m.mean / c.radiance - 1.0) * 100.0 << " % off, standard error "
-      << m.standard_error / c.radiance * 100.0 << " %";
+  const bool is_plain = std::get<Method>(combination) == Method::plain;
+  expect_met(cases()[size_t(number)], combination, is_plain ? 3e-3 : 5e-4, 3e-6);
 }
 
 std::string case_name_of(const testing::TestParamInfo<Fresnel::ParamType>& info) {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/combinations.h"
+#include "tests/closed_forms.h"
 #include "tests/test_scenes.h"
 
 namespace plumb::test {
@@ -106,17 +106,12 @@ constexpr Plate plates[] = {
 class RoughMetal : public testing::TestWithParam<std::tuple<Combination, int>> {
  protected:
   void expect(const Scene& scene, double radiance, double patience) {
-    const auto& [method, sampler, precision] = std::get<0>(GetParam());
+    const Combination& combination = std::get<0>(GetParam());
+    const Method method = std::get<Method>(combination);
     if (method == Method::nee && plate.alpha < 0.3) GTEST_SKIP() << "hardly ever meets the lobe";
-    const Settings settings{
-        .method = method, .sampler = sampler, .precision = precision, .seed = 1, .bounces = {1, 1}};
-    const double wanted = (method == Method::plain ? 3e-3 : 5e-4) * patience;
-    const Measurement m = measure_until(scene, settings, wanted);
-    EXPECT_LE(m.standard_error, wanted * m.mean);
     constexpr double of_quadrature = 1e-4;
-    EXPECT_NEAR(m.mean, radiance, 4.0 * m.standard_error + of_quadrature * radiance)
-        << (m.mean / radiance - 1.0) * 100.0 << " % off, standard error "
-        << m.standard_error / radiance * 100.0 << " %";
+    expect_met({"", scene, radiance, {1, 1}, patience}, combination,
+               method == Method::plain ? 3e-3 : 5e-4, of_quadrature);
   }
 
   const Plate& plate = plates[std::get<1>(GetParam())];
