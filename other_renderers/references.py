@@ -2,12 +2,12 @@
 
 """Renders the stored ground truth of all scenes anew, or checks it.
 
-    python3 other_renderers/references.py make PLUMB    (which is 'make references')
-    python3 other_renderers/references.py check PLUMB   ('make check-references')
+    python3 other_renderers/references.py make PLUMB [SCENE...]    (which is 'make references')
+    python3 other_renderers/references.py check PLUMB              ('make check-references')
 
 'make' has every installed program render every scene at its best, compares all pairs and writes
 reference_scenes/<scene>/*.exr, card.json and the tables of docs/agreement.md. It takes an hour on
-two cores. 'check' compares what the installed programs draw today with what is stored; exit code 1
+two cores; with scenes it renders these alone. 'check' compares what the installed programs draw today with what is stored; exit code 1
 says that it differs. 'tables' renders nothing and makes the tables of what is there.
 """
 
@@ -25,10 +25,14 @@ from table import other_renderers  # noqa: E402
 
 OUT = ROOT / "out" / "references"
 DOCUMENT = ROOT / "docs" / "agreement.md"
-SCENES = ["cornell", "seed", "spheres", "metals"]
-SAMPLES = {"cornell": 16384, "seed": 65536, "spheres": 16384, "metals": 16384}
+SCENES = ["cornell", "seed", "spheres", "metals", "goral", "shadows", "furnace", "veach"]
+THOROUGH = {"cornell": 16384, "seed": 65536}  # those that tests and plots stand on, and samples
+SAMPLES = 4096  # of the others
+SEEDS, THOROUGH_SEEDS = 6, 16  # of other programs, with 256 samples each
 # Of pictures without noise: where two rays leave each surface of glass, the least that is enough.
-QUALITY = {"cornell": "best", "seed": "best", "spheres": "good", "metals": "good"}
+GOOD_IS_ENOUGH = ["spheres", "metals"]
+# Those that everybody can install.
+STORED = ["plumbline", "cycles", "povray"]
 
 # In per cent, for the whole and for the worst region (of objects, but of what the whole lamp shines
 # on for direct light). Pictures without samples have no noise, but bias.
@@ -37,14 +41,23 @@ GOALS = {
     ("all bounces", "seed", "cycles"): (0.1, 0.5),
     ("all bounces", "spheres", "cycles"): (0.05, 0.3),
     ("all bounces", "metals", "cycles"): (0.05, 0.3),
+    ("all bounces", "goral", "cycles"): (0.05, 0.2),
+    ("all bounces", "shadows", "cycles"): (0.05, 0.3),
+    ("all bounces", "furnace", "cycles"): (0.05, 0.3),
     ("all bounces", "cornell", "mitsuba"): (0.05, None),
     ("all bounces", "seed", "mitsuba"): (0.05, None),
     ("all bounces", "spheres", "mitsuba"): (0.05, 0.3),
     ("all bounces", "metals", "mitsuba"): (0.05, 0.3),
+    ("all bounces", "goral", "mitsuba"): (0.05, 0.2),
+    ("all bounces", "shadows", "mitsuba"): (0.05, 0.3),
+    ("all bounces", "furnace", "mitsuba"): (0.05, 0.3),
+    ("all bounces", "veach", "mitsuba"): (0.05, 0.3),
     ("all bounces", "cornell", "povray"): (0.5, None),
     ("all bounces", "seed", "povray"): (0.5, None),
     ("all bounces", "spheres", "povray"): (1.0, None),
     ("all bounces", "metals", "povray"): (1.0, None),
+    ("all bounces", "goral", "povray"): (0.5, None),
+    ("all bounces", "shadows", "povray"): (0.5, None),
     ("direct", "cornell", "cycles"): (None, 0.1),
     ("direct", "cornell", "povray"): (None, 0.1),
     ("one bounce", "cornell", "cycles"): (0.3, None),
@@ -71,15 +84,17 @@ def scene_file(scene):
 
 
 def picture(scene, name):
-    """What is stored with the scene is made anew there."""
-    stored = ROOT / "reference_scenes" / scene / f"{name}.exr"
-    return stored if stored.exists() else OUT / scene / f"{name}.exr"
+    folder = ROOT / "reference_scenes" if name in STORED else OUT
+    return folder / scene / f"{name}.exr"
 
 
 def stored_renderers():
-    """Those that everybody can install: whole pictures by them are stored with all scenes."""
-    return [other for other in OTHERS
-            if all(picture(scene, other["word"]).parent != OUT / scene for scene in SCENES)]
+    return [other for other in OTHERS if other["word"] in STORED]
+
+
+def stored_pictures(scene):
+    """Names of those that there are: not every program can draw every scene."""
+    return [name for name in STORED if picture(scene, name).exists()]
 
 
 def pairs():
@@ -110,12 +125,14 @@ def render_masks(scene):
 
 def render_all(scene):
     file = scene_file(scene)
-    plumb("render", file, "--spp", SAMPLES[scene], "--seed", 0,
+    (OUT / scene).mkdir(parents=True, exist_ok=True)
+    plumb("render", file, "--spp", THOROUGH.get(scene, SAMPLES), "--seed", 0,
           "-o", picture(scene, "plumbline"))
     for other in OTHERS:
         # Those of a picture, which some programs hold in memory at once.
-        samples = ["--spp", 256, "--seeds", 16, "--seed", 1] if other["hasSamples"] else []
-        plumb("reference", file, "--with", other["word"], "--quality", QUALITY[scene], *samples,
+        seeds = THOROUGH_SEEDS if scene in THOROUGH else SEEDS
+        samples = ["--spp", 256, "--seeds", seeds, "--seed", 1] if other["hasSamples"] else []
+        plumb("reference", file, "--with", other["word"], "--quality", best(scene), *samples,
               "-o", picture(scene, other["word"]))
 
 
@@ -123,7 +140,7 @@ def render_by_bounces(scene):
     file = scene_file(scene)
     for title, bounces in BOUNCES.items():
         more = ["--size", "128x128"] if title == "one bounce" else []
-        plumb("render", file, "--bounces", bounces, "--spp", 16384, *more,
+        plumb("render", file, "--bounces", bounces, "--spp", THOROUGH[scene], *more,
               "-o", picture(scene, f"plumbline{suffix(title)}"))
         for other in stored_renderers():
             plumb("reference", file, "--with", other["word"], "--quality", quality(other, scene),
@@ -131,9 +148,13 @@ def render_by_bounces(scene):
                   "-o", picture(scene, f"{other['word']}{suffix(title)}"))
 
 
+def best(scene):
+    return "good" if scene in GOOD_IS_ENOUGH else "best"
+
+
 def quality(other, scene):
     """Good is enough where noise is known, and allowed for."""
-    return "good" if other["hasSamples"] else QUALITY[scene]
+    return "good" if other["hasSamples"] else best(scene)
 
 
 def is_noiseless(name):
@@ -244,7 +265,7 @@ def floor(scene, name, reports):
 
 def write_card(scene, reports):
     pictures = []
-    for name in ["plumbline", *(other["word"] for other in stored_renderers())]:
+    for name in stored_pictures(scene):
         card = {"file": f"{name}.exr", **provenance(picture(scene, name))}
         card["floor"] = floor(scene, name, reports)
         pictures.append(card)
@@ -253,14 +274,14 @@ def write_card(scene, reports):
 
 
 def write_picture():
-    """All stored pictures side by side: a row for each scene, a column for each program."""
-    programs = ["plumbline", *(other["word"] for other in stored_renderers())]
-    files = [str(picture(scene, program)) for scene in SCENES for program in programs]
+    """A row for each scene that all can draw, a column for each program whose pictures are stored."""
+    scenes = [scene for scene in SCENES if stored_pictures(scene) == STORED]
+    files = [str(picture(scene, program)) for scene in scenes for program in STORED]
     each = "--ch", "R,G,B", "--mulc", "1.5", "--colorconvert", "linear", "sRGB"
     command = ["oiiotool"]
     for file in files:
         command += [file, *each]
-    size = f"--mosaic:pad=4 {len(programs)}x{len(SCENES)}".split()
+    size = f"--mosaic:pad=4 {len(STORED)}x{len(scenes)}".split()
     command += [*size, "-d", "uint8", "-o", ROOT / "docs" / "pictures" / "three_programs.png"]
     subprocess.run(command, check=True)
 
@@ -282,11 +303,12 @@ def tabulate():
     print(f"wrote {DOCUMENT.relative_to(ROOT)} and the scenes' card.json")
 
 
-def make():
-    for scene in SCENES:
+def make(scenes):
+    for scene in scenes:
         print(scene, flush=True)
         render_all(scene)
-    render_by_bounces("cornell")
+    if "cornell" in scenes:
+        render_by_bounces("cornell")
     tabulate()
 
 
@@ -302,6 +324,8 @@ def check():
         card = json.loads((ROOT / "reference_scenes" / scene / "card.json").read_text("utf-8"))
         for other in stored_renderers():
             program = other["word"]
+            if program not in stored_pictures(scene):
+                continue
             floors = next(p for p in card["pictures"] if p["file"] == f"{program}.exr")["floor"]
             name = f"{program}-today"
             if not plumb("reference", scene_file(scene), "--with", program, "--quality",
@@ -322,8 +346,8 @@ def check():
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3 or sys.argv[1] not in ("make", "tables", "check"):
+    _, job, PLUMB, *wanted = [*sys.argv, "", ""][:max(3, len(sys.argv))]
+    if job not in ("make", "tables", "check") or not PLUMB or set(wanted) - set(SCENES):
         sys.exit(__doc__)
-    PLUMB = sys.argv[2]
     OTHERS = other_renderers(PLUMB)
-    sys.exit({"make": make, "tables": tabulate, "check": check}[sys.argv[1]]())
+    sys.exit({"make": lambda: make(wanted or SCENES), "tables": tabulate, "check": check}[job]())
