@@ -57,6 +57,7 @@ help:
 	@echo "                   other in random scenes (SCENES=1000: half an hour; with Mitsuba hours)"
 	@echo "make gate    holds pictures rendered now against the stored ones of other programs"
 	@echo "make report  renders the scenes with all programs and writes out/report.html (15 minutes)"
+	@echo "             (WITH=FILE.toml: and with a renderer of yours, as docs/renderers.md describes it)"
 	@echo "make page    puts the live page together: out/plumbline.html"
 	@echo "make page-test  tests it in Node, Chromium and Firefox, where they can be had (3 minutes)"
 	@echo "make bench   measures the renderer's speed and noise"
@@ -182,7 +183,7 @@ gate: build
 # Without the tests the page is there minutes earlier.
 report: configure
 	cmake --build build --parallel $(jobs) --target plumb
-	python3 report/make_report.py build/plumb
+	python3 report/make_report.py build/plumb $(WITH)
 
 core: page-deps
 	LLVM=$(llvm) cmake -S web -B build-web $(if \
@@ -205,7 +206,7 @@ page-test: configure page node-deps
 	fi
 
 bench: build
-	build/render_bench
+	build/render_bench $(WITH)
 	@if test -e build-web/plumbline.wasm && test -d node_modules/puppeteer-core; then node bench/page_bench.js; \
 	else echo "The live page is not measured: make page-test builds what that takes"; fi
 

@@ -152,7 +152,7 @@ class Table {
   std::map<std::string, Result> results_;
 };
 
-void add_rows(Table& table) {
+void add_rows(Table& table, const std::vector<OtherRenderer>& others) {
   const auto add = [&](const std::string& row, const std::string& scene, const Settings& settings) {
     table.add(row, [&] { return measure(scene, settings); });
   };
@@ -172,7 +172,7 @@ void add_rows(Table& table) {
     add(scene + "/mis/sobol", scene, {.bounces = {}});
   }
   for (const std::string scene : {"cornell", "seed", "spheres", "metals"}) {
-    for (const OtherRenderer& renderer : other_renderers()) {
+    for (const OtherRenderer& renderer : others) {
       if (!renderer.has_samples) continue;
       table.add(scene + "/" + renderer.name, [&] { return measure_other(scene, renderer); });
     }
@@ -184,9 +184,19 @@ void add_rows(Table& table) {
 }  // namespace
 }  // namespace plumb
 
-// Takes a part of the names of the rows that are wanted; else all are.
+// Takes a part of the names of the rows that are wanted, else all are; and descriptions of other
+// renderers (docs/renderers.md), which end in .toml.
 int main(int argc, char** argv) {
-  plumb::Table table(argc > 1 ? argv[1] : "");
-  plumb::add_rows(table);
+  std::vector<plumb::OtherRenderer> others = plumb::other_renderers();
+  std::string wanted;
+  for (const std::string& argument : std::vector<std::string>(argv + 1, argv + argc)) {
+    if (argument.ends_with(".toml")) {
+      others.push_back(plumb::other_renderer(argument));
+    } else {
+      wanted = argument;
+    }
+  }
+  plumb::Table table(wanted);
+  plumb::add_rows(table, others);
   table.compare();
 }

@@ -15,10 +15,12 @@
 #include "cli/commands.h"
 #include "cli/film_image.h"
 #include "cli/interrupt.h"
+#include "cli/list_renderers.h"
 #include "cli/names.h"
 #include "cli/progress_line.h"
 #include "cli/scene_options.h"
 #include "cli/study_options.h"
+#include "other_renderers/runner.h"
 #include "renderer/render.h"
 
 namespace plumb::cli {
@@ -34,6 +36,7 @@ struct Options {
   int runs = 3;
   Settings settings;  // of all renders
   SceneOptions scene;
+  std::vector<std::string> programs;
   std::string keep;
 };
 
@@ -68,6 +71,14 @@ void add_options(CLI::App& command, Options& options) {
              "Samples per pixel A, 2 A, 4 A, ... up to B\n(default: 1:1024)");
   add_option(command, "--runs", "R", options.runs, number(1, 1000),
              "Renders of each, with other seeds (default: 3)");
+  command
+      .add_option(
+          "--with", options.programs,
+          "Of a scene, by other programs too: " + list_renderers([](const OtherRenderer& r) {
+            return r.has_samples ? r.word : "";
+          }) + ",\nor FILE.toml (docs/renderers.md)")
+      ->type_name("P")
+      ->delimiter(',');
   add_size_and_bounces(command, options.scene);
   add_option(command, "--threads", "N", options.settings.threads, number(1, 1024),
              "Threads at most (default: one per processor)");
@@ -123,6 +134,36 @@ std::optional<Image> picture_of(const Scene& scene, const Settings& settings, in
   return image;
 }
 
+// Adds what another program draws: with each number of samples so many pictures of a seed each.
+void render_all_by(const OtherRenderer& renderer, const Scene& scene, const Options& options,
+                   ProgressLine& line, Study& study) {
+  if (!renderer.has_samples) {
+    throw std::invalid_argument(renderer.name + " has no samples whose number could grow");
+  }
+  const Watcher watcher{[&](const std::string& text) { line.show(text); }, stop_requested};
+  const fs::path log = fs::temp_directory_path() / fmt::format("plumb-{}.log", renderer.word);
+  ReferenceSettings settings{.seeds = 1,
+                             .first_seed = 1,
+                             .bounces = scene.request.bounces,
+                             .threads = options.settings.threads};
+  for (int64_t n = options.spp.first; n <= options.spp.second; n *= 2) {
+    for (int run = 0; run < options.runs; ++run, ++settings.first_seed) {
+      settings.samples_per_pixel = static_cast<int>(n);
+      Reference drawn =
+          render_reference(renderer, scene, options.scene.file, settings, log, watcher);
+      if (stop_requested) return;
+      const Label label{
+          .series = renderer.name,
+          .step = fmt::format("{} spp", n),
+          .samples = static_cast<double>(n),
+          .seconds = drawn.wall_seconds,
+          .startup_seconds = drawn.process_seconds - drawn.wall_seconds,
+          .file = fmt::format("{}, {} spp, seed {}", renderer.name, n, settings.first_seed)};
+      add_picture(study, to_picture("picture", std::move(drawn.image), 1), label, options.study);
+    }
+  }
+}
+
 // Adds all renders that an interrupt leaves time for.
 void render_all(Options options, Study& study) {
   options.scene.file = options.study.pictures.front();
@@ -144,6 +185,9 @@ void render_all(Options options, Study& study) {
     Label label = label_of(picture);
     label.file = fmt::format("{}, {}, seed {}", label.series, label.step, settings.seed);
     add_picture(study, std::move(picture), label, options.study);
+  }
+  for (const std::string& program : options.programs) {
+    render_all_by(other_renderer(program), scene, options, line, study);
   }
 }
 
@@ -169,6 +213,7 @@ void add_converge(CLI::App& app, int& exit_code) {
   add_options(command, *options);
   command.footer(R"(Examples:
   plumb converge scene.xml --methods bsdf,nee,mis --reference ref.exr -o fall.svg
+  plumb converge scene.xml --with mine.toml --spp 4:256 --reference ref.exr
   plumb converge *.exr --reference ref.exr
   plumb converge a.png=mine,16 b.png=mine,64 c.png=mine,256 d.png=mine,1024 \
     --reference ref.exr

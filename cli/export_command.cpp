@@ -11,7 +11,9 @@
 #include "cli/commands.h"
 #include "cli/list_renderers.h"
 #include "cli/scene_options.h"
+#include "images/output_file.h"
 #include "other_renderers/export.h"
+#include "other_renderers/plain_scene.h"
 
 namespace plumb::cli {
 namespace {
@@ -19,15 +21,16 @@ namespace {
 struct Options {
   SceneOptions scene;
   std::string output;
-  const OtherRenderer* renderer = nullptr;
+  std::optional<OtherRenderer> renderer;  // none: JSON
 };
 
-const OtherRenderer* find(const std::string& word) {
-  const OtherRenderer& renderer = other_renderer(word);
+std::optional<OtherRenderer> find(const std::string& word) {
+  if (word == "json") return {};
+  OtherRenderer renderer = other_renderer(word);
   if (!renderer.format) {
     throw std::invalid_argument(renderer.name + " reads scene files as they are");
   }
-  return &renderer;
+  return renderer;
 }
 
 std::string word_and_file(const OtherRenderer& renderer) {
@@ -37,6 +40,11 @@ std::string word_and_file(const OtherRenderer& renderer) {
 }
 
 void run(const Options& options) {
+  if (!options.renderer) {
+    write_file(options.output, plain_scene(load_scene(options.scene)));
+    fmt::print("wrote {}\n", options.output);
+    return;
+  }
   const std::filesystem::path include =
       export_scene(*options.renderer, load_scene(options.scene), options.output);
   fmt::print("wrote {}\nwrote {}, which it includes\n", options.output, include.string());
@@ -51,7 +59,9 @@ void add_export(CLI::App& app, int&) {
   CLI::App& command =
       *app.add_subcommand("export", fmt::format("Write a scene as {} reads it", readers));
   add_scene_option(command, options->scene);
-  add_option(command, "--to", "PROGRAM", options->renderer, find, list_renderers(word_and_file))
+  add_option(command, "--to", "PROGRAM", options->renderer, find,
+             list_renderers(word_and_file) +
+                 ",\nor json: plain numbers for any other (docs/plain-scene.md)")
       ->required();
   add_option(command, "-o,--output", "FILE", options->output,
              "The file; what it includes is put beside it")
@@ -59,6 +69,7 @@ void add_export(CLI::App& app, int&) {
   command.footer(R"(Examples:
   plumb export scene.xml --to povray -o box.pov
   povray box.pov +W512 +H512
+  plumb export scene.xml --to json -o box.json
   plumb export scene.xml --to cycles -o box.py
   blender -b --python box.py -- -o box.exr --spp 256
 

@@ -27,7 +27,7 @@ const Words<Quality> qualities{
 struct Options {
   SceneOptions scene;
   std::string output;
-  const OtherRenderer* renderer = nullptr;
+  OtherRenderer renderer;
   ReferenceSettings settings;
 };
 
@@ -62,8 +62,9 @@ void add_options(CLI::App& command, Options& options) {
                          "Print as JSON which programs there are and exit")
       ->trigger_on_parse();
   add_scene_option(command, options.scene);
-  const auto find = [](const std::string& word) { return &other_renderer(word); };
-  add_option(command, "--with", "PROGRAM", options.renderer, find, list_renderers(word_and_owner))
+  add_option(command, "--with", "PROGRAM", options.renderer, other_renderer,
+             list_renderers(word_and_owner) +
+                 ", or FILE.toml,\na description of any renderer (docs/renderers.md)")
       ->required();
   add_option(command, "-o,--output", "FILE", options.output, "Linear .exr")->required();
   add_option(command, "--quality", "Q", settings.quality, one_of(qualities),
@@ -105,13 +106,13 @@ int run(Options options) {
   check_writable(options.output);
   const Scene scene = load_scene(options.scene);
   options.settings.bounces = scene.request.bounces;
-  const std::string note = options.renderer->drawn_otherwise(scene);
+  const std::string note = options.renderer.drawn_otherwise(scene);
   if (!note.empty()) fmt::print(stderr, "plumb: {}\n", note);
   listen_for_interrupts();
   Reference reference = [&] {
     ProgressLine line;
     const Watcher watcher{[&](const std::string& text) { line.show(text); }, stop_requested};
-    return render_reference(*options.renderer, scene, options.scene.file, options.settings,
+    return render_reference(options.renderer, scene, options.scene.file, options.settings,
                             options.output + ".log", watcher);
   }();
   if (reference.seeds == 0) {

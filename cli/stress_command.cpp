@@ -44,8 +44,8 @@ struct Options {
 struct Contestant {
   std::string name;
   Settings settings;
-  const OtherRenderer* renderer = nullptr;  // none: the settings are for our own
-  bool is_default = false;                  // method and precision are those that fit the scene
+  std::optional<OtherRenderer> renderer = {};  // none: the settings are for our own
+  bool is_default = false;                     // method and precision are those that fit the scene
 };
 
 struct Attempt {
@@ -66,7 +66,8 @@ void add_options(CLI::App& command, Options& options) {
       "Of bsdf, nee, mis and default, which is what 'render'\n"
       "takes for the scene (default: all)");
   const std::string words = list_renderers([](const OtherRenderer& r) { return r.word; });
-  add("--with", options.programs, "P", "Other programs too: " + words);
+  add("--with", options.programs, "P",
+      "Other programs too: " + words + ",\nor FILE.toml (docs/renderers.md)");
   add_option(command, "--time", "SECONDS", options.seconds, number(1e-3, 1e6),
              "For each method on each scene (default: 10)");
   add_option(command, "--spp", "N", options.spp, number<int64_t>(1, largest_sample),
@@ -82,7 +83,7 @@ std::vector<Contestant> list_contestants(const Options& options) {
   std::vector<Contestant> contestants;
   for (const std::string& method : options.methods) {
     if (method == "default") {
-      contestants.push_back({method, {.bounces = {}}, nullptr, true});
+      contestants.push_back({method, {.bounces = {}}, {}, true});
       continue;
     }
     for (const Precision precision : {Precision::float32, Precision::float64}) {
@@ -92,7 +93,7 @@ std::vector<Contestant> list_contestants(const Options& options) {
     }
   }
   for (const std::string& program : options.programs) {
-    contestants.push_back({.name = program, .settings = {}, .renderer = &other_renderer(program)});
+    contestants.push_back({.name = program, .settings = {}, .renderer = other_renderer(program)});
   }
   return contestants;
 }

@@ -16,6 +16,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <regex>
 #include <system_error>
 #include <thread>
@@ -39,9 +40,13 @@ pid_t start(const std::vector<std::string>& command, const std::filesystem::path
                                    0666);
   posix_spawn_file_actions_addchdir_np(&files, folder.c_str());
   posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
+  posix_spawnattr_t attributes;  // a process group of its own, which can be ended as a whole
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   pid_t process = 0;
   const int error =
-      posix_spawnp(&process, arguments[0], &files, nullptr, arguments.data(), environ);
+      posix_spawnp(&process, arguments[0], &files, &attributes, arguments.data(), environ);
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   if (error != 0) throw std::system_error(error, std::generic_category(), command[0]);
   return process;
@@ -96,6 +101,7 @@ std::string telling_line(const std::filesystem::path& log) {
 }
 
 std::string name_of_end(int status) {
+  if (status == out_of_time) return "took longer than its time limit";
   if (status <= 128) return fmt::format("exit status {}", status);
   const char* name = sigabbrev_np(status - 128);
   if (name == nullptr) return fmt::format("exit status {}", status);
@@ -104,16 +110,26 @@ std::string name_of_end(int status) {
 
 int run_program(const std::vector<std::string>& command, const std::filesystem::path& folder,
                 const std::filesystem::path& log,
-                const std::function<void(const std::string&)>& show,
-                const std::atomic<bool>& stop) {
+                const std::function<void(const std::string&)>& show, const std::atomic<bool>& stop,
+                double seconds) {
+  using Clock = std::chrono::steady_clock;
+  constexpr auto grace = std::chrono::milliseconds(500);
+  const auto begin = Clock::now();
   const pid_t process = start(command, folder, log);
-  bool is_told = false;
+  std::optional<Clock::time_point> told;  // to end
+  bool is_late = false;
   int status = 0;
   while (waitpid(process, &status, WNOHANG) == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     show(last_line(log));
-    if (stop && !std::exchange(is_told, true)) kill(process, SIGTERM);
+    const auto now = Clock::now();
+    is_late |= std::chrono::duration<double>(now - begin).count() > seconds;
+    if (!stop && !is_late) continue;
+    if (!told) kill(-process, SIGTERM);
+    if (!told) told = now;
+    if (now - *told > grace) kill(-process, SIGKILL);
   }
+  if (is_late) return out_of_time;
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 

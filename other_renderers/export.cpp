@@ -116,7 +116,7 @@ fs::path export_scene(const OtherRenderer& renderer, const Scene& scene, const f
     throw std::runtime_error(fmt::format("{}: is the name of its include", file.string()));
   }
   write_file(file, renderer.format->text(scene));
-  write_file(script, renderer.script);
+  if (!renderer.script.empty()) write_file(script, renderer.script);
   return script;
 }
 

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -38,9 +39,19 @@ struct Run {
   double weight = 1.0;
 };
 
-// Runs are started in a folder of their own and leave their picture there under this name: EXR,
-// linear R G B with Rec. 709 primaries, as large as the scene's camera says.
+// Runs are started in a folder of their own and leave their picture there under this name, as large
+// as the scene's camera says.
 constexpr const char* picture_name = "picture.exr";
+
+// What a run's picture holds, if it is not linear R G B with Rec. 709 primaries, the first row on
+// top.
+struct Decoding {
+  enum class Transfer { linear, srgb, gamma };  // gamma: code = radiance^(1/2.2)
+  Transfer transfer = Transfer::linear;         // of what the file's format takes for linear
+  double scale = 1.0;                           // that linear values are multiplied by
+  bool flipped = false;                         // the first row is the lowest
+  bool mirrored = false;                        // the first column is the rightmost
+};
 
 // A picture that a renderer is asked for.
 struct Job {
@@ -75,9 +86,16 @@ struct OtherRenderer {
   std::string how_to_install;  // said where the program that it runs in is missing
 
   // What it can.
-  bool has_samples = true;            // and seeds; else its pictures differ in quality alone
+  bool has_samples = true;     // else its pictures differ in quality alone, and seeds count not
+  bool has_seeds = true;       // else it may take another one each time, or always the same
+  bool counts_bounces = true;  // else it draws all light only
   bool counts_mirror_bounces = true;  // else not in mirrors and glass, so no ranges there
-  std::string example_setting = "";   // of its own, NAME=NUMBER; empty: none can be set
+  bool takes_threads = true;          // else it takes as many as it likes
+  bool promises_same_bits = false;    // for a seed, with any number of threads
+  bool is_single_precision = false;   // said of itself
+  // Why it can't draw a scene; empty if nothing is known to be in its way.
+  std::function<std::string(const Scene&)> obstacle = [](const Scene&) { return ""; };
+  std::string example_setting = "";  // of its own, NAME=NUMBER; empty: none can be set
 
   // What it reads.
   std::string_view script_name;  // a file that is put beside the scene, or where the program runs
@@ -88,7 +106,12 @@ struct OtherRenderer {
 
   // How it is called: the weighted sum of the runs' pictures is the job's.
   std::function<std::vector<Run>(const Job&)> runs;
+  double time_limit = std::numeric_limits<double>::infinity();  // seconds, of a run
 
+  // What it leaves.
+  std::string picture = picture_name;
+  Decoding decoding = {};
+  bool must_report = true;  // else time may be its process's, its version what its probe says
   // Reads what the program can't print as JSON from its log; none if it can.
   std::function<RunReport(const std::string& log)> read_log = nullptr;
 };
@@ -96,7 +119,8 @@ struct OtherRenderer {
 // The table.
 const std::vector<OtherRenderer>& other_renderers();
 
-// The one that `word` names; throws std::invalid_argument, which lists the words.
-const OtherRenderer& other_renderer(const std::string& word);
+// The one that `word` names, or the file of a description (description.h). Throws
+// std::invalid_argument, which lists the words, or what is wrong in the file.
+OtherRenderer other_renderer(const std::string& word);
 
 }  // namespace plumb

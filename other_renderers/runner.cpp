@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -61,7 +62,7 @@ fs::path prepare(const OtherRenderer& renderer, const Scene& scene, const fs::pa
     export_scene(renderer, scene, file);
     return file;
   }
-  write_file(folder / renderer.script_name, renderer.script);
+  if (!renderer.script.empty()) write_file(folder / renderer.script_name, renderer.script);
   return fs::absolute(scene_file);
 }
 
@@ -84,18 +85,54 @@ std::vector<Run> list_runs(const OtherRenderer& renderer, Job job) {
   return runs;
 }
 
-// Values of R G B, pixel by pixel.
-std::vector<float> read_picture(const fs::path& file, const Camera& camera) {
-  const Image image = read_image(file);
-  if (image.width != camera.width || image.height != camera.height) {
-    throw std::runtime_error("the program's picture has another size than the scene's");
+// Radiance, of a value that the program has written.
+float decode(float value, const Decoding& decoding) {
+  switch (decoding.transfer) {
+    case Decoding::Transfer::linear: break;
+    case Decoding::Transfer::srgb:
+      value = value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+      break;
+    case Decoding::Transfer::gamma: value = std::pow(std::max(value, 0.0f), 2.2f); break;
   }
-  std::vector<float> values = rgb_of(image);
-  if (values.empty()) throw std::runtime_error("the program's picture lacks R G B");
-  return values;
+  return value * float(decoding.scale);
 }
 
-// What the program says of itself, in its log after "plumbline:" and as JSON.
+void check_numbers(const std::vector<float>& values, int width) {
+  const auto is_bad = [](float value) { return !std::isfinite(value); };
+  const auto first = std::ranges::find_if(values, is_bad);
+  if (first == values.end()) return;
+  const auto pixel = int(first - values.begin()) / 3;
+  throw std::runtime_error(
+      fmt::format("the program's picture has {} values that are infinite or no numbers, the first "
+                  "of them in pixel {},{}",
+                  std::ranges::count_if(values, is_bad), pixel % width, pixel / width));
+}
+
+// Values of R G B, pixel by pixel.
+std::vector<float> read_picture(const fs::path& file, const Decoding& decoding,
+                                const Camera& camera) {
+  if (!fs::exists(file))
+    throw std::runtime_error("the program left no " + file.filename().string());
+  const Image image = read_image(file);
+  const int width = camera.width, height = camera.height;
+  if (image.width != width || image.height != height) {
+    throw std::runtime_error(fmt::format("the program's picture is {}x{}, not {}x{} as the scene's",
+                                         image.width, image.height, width, height));
+  }
+  const std::vector<float> values = rgb_of(image);
+  if (values.empty()) throw std::runtime_error("the program's picture lacks R G B");
+  check_numbers(values, width);
+  std::vector<float> decoded;
+  for_each_pixel({0, 0, width, height}, [&](int x, int y) {
+    const size_t pixel =
+        image.pixel(decoding.mirrored ? width - 1 - x : x, decoding.flipped ? height - 1 - y : y);
+    for (size_t c = 0; c < 3; ++c) decoded.push_back(decode(values[pixel * 3 + c], decoding));
+  });
+  return decoded;
+}
+
+// What the program says of itself, in its log after "plumbline:" and as JSON; nothing if it need
+// not.
 Json read_report(const OtherRenderer& renderer, const fs::path& log) {
   std::ifstream stream(log);
   std::string text;
@@ -105,6 +142,7 @@ Json read_report(const OtherRenderer& renderer, const fs::path& log) {
   }
   constexpr std::string_view mark = "plumbline:";
   const size_t begin = text.rfind(mark);
+  if (begin == std::string::npos && !renderer.must_report) return Json::object();
   if (begin == std::string::npos) throw std::runtime_error("the program left no report");
   std::istringstream rest(text.substr(begin + mark.size()));  // long lines may be broken
   Json report;
@@ -115,7 +153,9 @@ Json read_report(const OtherRenderer& renderer, const fs::path& log) {
     report["version"] = said.version;
     report["seconds"] = said.seconds;
   }
-  if (!report["seconds"].is_number()) throw std::runtime_error("the report lacks its seconds");
+  if (renderer.must_report && !report.value("seconds", Json()).is_number()) {
+    throw std::runtime_error("the report lacks its seconds");
+  }
   return report;
 }
 
@@ -135,6 +175,23 @@ Image mean_of(const std::vector<Replicates<double>>& values, const Camera& camer
   return image;
 }
 
+// The first line that a program prints; empty if it can't be run.
+std::string said_by(const Command& command) {
+  const Folder folder;
+  const fs::path log = folder.path / "log";
+  const std::atomic<bool> never{false};
+  try {
+    run_program(
+        command, folder.path, log, [](const std::string&) {}, never, 10.0);
+  } catch (const std::system_error&) {
+    return "";
+  }
+  std::ifstream stream(log);
+  std::string line;
+  std::getline(stream, line);
+  return line;
+}
+
 // Draws the scene seed by seed.
 struct Session {
   const OtherRenderer& renderer;
@@ -146,6 +203,7 @@ struct Session {
   fs::path file = {};  // that the renderer reads
   std::vector<Replicates<double>> values{size_t(scene.camera.width) * size_t(scene.camera.height) *
                                          3};
+  const std::string version = renderer.must_report ? "" : said_by(renderer.probe);
   Json runs = Json::array();
   Reference reference = {};
 
@@ -186,7 +244,8 @@ struct Session {
                                            telling_line(log), name_of_end(status), log.string()));
     }
     const std::chrono::duration<double> process = std::chrono::steady_clock::now() - begin;
-    Json report = read_report(renderer, log);
+    Json report{{"program", renderer.name}, {"version", version}, {"seconds", process.count()}};
+    report.update(read_report(renderer, log));
     reference.program = report.value("program", "");
     reference.version = report.value("version", "");
     reference.wall_seconds += report["seconds"].get<double>();
@@ -195,8 +254,8 @@ struct Session {
     const std::string command = fmt::format("{}", fmt::join(run.command, " "));
     report["command"] = std::regex_replace(command, std::regex((folder.path / "").string()), "");
     runs.push_back(report);
-    const fs::path drawn = folder.path / picture_name;
-    const std::vector<float> light = read_picture(drawn, scene.camera);
+    const fs::path drawn = folder.path / renderer.picture;
+    const std::vector<float> light = read_picture(drawn, renderer.decoding, scene.camera);
     for (size_t i = 0; i < light.size(); ++i) picture[i] += run.weight * double{light[i]};
     fs::remove(drawn);
   }
@@ -206,7 +265,7 @@ struct Session {
       watcher.show(fmt::format("{}, {}: {}", command[0], which, line));
     };
     try {
-      return run_program(command, folder.path, log, show, watcher.stop);
+      return run_program(command, folder.path, log, show, watcher.stop, renderer.time_limit);
     } catch (const std::system_error& error) {
       if (error.code() != std::errc::no_such_file_or_directory) throw;
       fs::remove(log);
@@ -221,6 +280,11 @@ void check(const OtherRenderer& renderer, const Scene& scene, const ReferenceSet
   };
   if (!renderer.has_samples && (settings.samples_per_pixel != 0 || settings.seeds != 0)) {
     refuse("has no samples or seeds, only qualities");
+  }
+  const std::string obstacle = renderer.obstacle(scene);
+  if (!obstacle.empty()) refuse(obstacle);
+  if (!renderer.counts_bounces && !settings.bounces.is_everything()) {
+    refuse("draws all light only, not some bounces of it");
   }
   const auto is_specular = [](const Shape& shape) { return shape.bsdf.is_specular(); };
   if (!renderer.counts_mirror_bounces && !settings.bounces.is_everything() &&

@@ -3,6 +3,7 @@
 // The table of other renderers. Who adds one adds its function here, in both places.
 #include <stdexcept>
 
+#include "other_renderers/description.h"
 #include "other_renderers/other_renderer.h"
 
 namespace plumb {
@@ -17,13 +18,15 @@ const std::vector<OtherRenderer>& other_renderers() {
   return table;
 }
 
-const OtherRenderer& other_renderer(const std::string& word) {
+OtherRenderer other_renderer(const std::string& word) {
+  if (word.ends_with(".toml")) return read_description(word);
   std::string words;
   for (const OtherRenderer& renderer : other_renderers()) {
     if (renderer.word == word) return renderer;
     words += (words.empty() ? "" : ", ") + renderer.word;
   }
-  throw std::invalid_argument("'" + word + "' is not one of " + words);
+  throw std::invalid_argument("'" + word + "' is not one of " + words +
+                              ", and no renderer's description, FILE.toml");
 }
 
 }  // namespace plumb

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
-"""Renders the reference scenes with every installed program and writes out/report.html.
+"""Renders the reference scenes with every installed program, and with those that files describe
+(docs/renderers.md), and writes out/report.html.
 
-    python3 report/make_report.py PLUMB    (which is 'make report')
+    python3 report/make_report.py PLUMB [FILE.toml...]    (which is 'make report WITH=FILE.toml')
 
 The page is written as soon as our pictures are there, and anew after each program's; until then,
 and where a program is not installed, its stored picture stands in. Pictures are kept in out/report/
@@ -100,6 +101,7 @@ class SceneReport:
         self.plan = plan if name in THOROUGH else plan.cheaper()
         self.names = {"plumbline": "Plumbline"}
         self.names |= {renderer["word"]: renderer["name"] for renderer in others}
+        self.called = {renderer["word"]: renderer["with"] for renderer in others}
         self.folder = plan.out / "report" / name
         (self.folder / "best").mkdir(parents=True, exist_ok=True)
         self.scene = SCENES / name / "scene.xml"
@@ -207,7 +209,7 @@ class SceneReport:
 
     def drawn_by(self, program, name, *settings):
         return self.rendered(program, self.folder / f"{name}.exr", "reference", self.scene,
-                             "--with", program, *settings)
+                             "--with", self.called[program], *settings)
 
     # -- Judgements
 
@@ -313,9 +315,9 @@ def note(renderer, reports):
     return f"{renderer['name']} is not installed, and has no part in this."
 
 
-def make(program, plan):
+def make(program, plan, descriptions=()):
     """Returns the page's file and the verdicts."""
-    others = other_renderers(program)
+    others = other_renderers(program, descriptions)
     plumb = Plumb(program, plan.out)
     reports = [SceneReport(name, plan, plumb, others) for name in plan.scenes]
     notes = [note(other, reports) for other in others if not other["isInstalled"]]
@@ -351,11 +353,11 @@ def make(program, plan):
 
 
 def main():
-    if len(sys.argv) != 2:
+    if len(sys.argv) < 2:
         sys.exit(__doc__)
     begin = time.monotonic()
     try:
-        file, lines = make(str(pathlib.Path(sys.argv[1]).resolve()), Plan())
+        file, lines = make(str(pathlib.Path(sys.argv[1]).resolve()), Plan(), sys.argv[2:])
     except KeyboardInterrupt:
         print("\ninterrupted: the page shows what was finished, and out/report/ keeps it")
         return 130

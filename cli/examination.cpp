@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "cli/examination.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "compare/comparison.h"
+#include "compare/maps.h"
+#include "compare/report.h"
+#include "compare/sums.h"
+#include "images/relative_error.h"
+#include "images/replicates.h"
+#include "images/rgb.h"
+#include "scene_files/region_mask.h"
+#include "scene_files/scene_reader.h"
+
+namespace plumb::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double false_alarm = 1e-3;       // the chance that noise makes any answer wrong
+constexpr int scene_seeds = 4;             // of a picture whose variance they tell
+constexpr int noise_seeds = 8;             // that tell whether noise is honest
+constexpr double most_of_a_run = 1 << 22;  // samples: some programs hold them in memory at once
+
+double pixels_of(const Question& question) {
+  return double{1} * question.scene.camera.width * question.scene.camera.height;
+}
+
+Regions regions_of(const Question& question) {
+  if (question.is_uniform) return {};
+  RegionMask mask = region_mask(question.scene, RegionKind::side);
+  return {std::move(mask.names), std::move(mask.regions)};
+}
+
+bool has_noise(const Image& image) {
+  const auto variances = rgb_of(image, "variance.");
+  return std::ranges::any_of(variances, [](float variance) { return variance > 0.0f; });
+}
+
+// Gives an image the variances that the scatter of its difference from the truth has, in blocks of
+// 8 x 8 pixels: more than the noise, if the difference is not the same in a block.
+void take_variance_from_scatter(Image& image, const std::vector<float>& truth) {
+  const std::vector<float> values = rgb_of(image);
+  image.channels = {"R", "G", "B", "variance.R", "variance.G", "variance.B"};
+  image.values.assign(values.size() * 2, 0.0f);
+  const Window whole{0, 0, image.width, image.height};
+  for (int top = 0; top < image.height; top += block_side) {
+    for (int left = 0; left < image.width; left += block_side) {
+      const Window block{left, top, std::min(block_side, whole.width - left),
+                         std::min(block_side, whole.height - top)};
+      Replicates<double> scatter[3];
+      for_each_pixel(block, [&](int x, int y) {
+        const size_t i = image.pixel(x, y) * 3;
+        for (size_t c = 0; c < 3; ++c) scatter[c].add(double{values[i + c]} - truth[i + c]);
+      });
+      for_each_pixel(block, [&](int x, int y) {
+        const size_t i = image.pixel(x, y);
+        for (size_t c = 0; c < 3; ++c) {
+          image.values[i * 6 + c] = values[i * 3 + c];
+          image.values[i * 6 + 3 + c] = float(scatter[c].variance() * scatter[c].count);
+        }
+      });
+    }
+  }
+}
+
+// The mean of what the variance of each value is to its square.
+double relative_variance(const Picture& test, const Picture& truth) {
+  double sum = 0.0;
+  const size_t pixels = test.image.pixel(0, test.image.height);
+  for (size_t i = 0; i < pixels; ++i) {
+    const PixelPair pair = pixel_pair(test, truth, i, test.channel_count());
+    sum += relative_square(pair.test_variance, pair.reference);
+  }
+  return sum / double(pixels);
+}
+
+// What has no noise says that.
+void take_for_noiseless(Picture& truth) {
+  if (has_noise(truth.image)) return;
+  Image image{truth.image.width,
+              truth.image.height,
+              {"R", "G", "B", "variance.R", "variance.G", "variance.B"},
+              {},
+              {}};
+  const std::vector<float> values = rgb_of(truth.image);
+  for (size_t i = 0; i < values.size(); i += 3) {
+    image.values.insert(image.values.end(), {values[i], values[i + 1], values[i + 2], 0, 0, 0});
+  }
+  truth = to_picture("reference", std::move(image), block_side * block_side);
+}
+
+std::string percent(double bias, double error) {
+  return fmt::format("{:+.2g} ± {:.2g} %", 100.0 * bias, 100.0 * error);
+}
+
+// What `plumb compare` says of why, in its first line and without the verdict.
+std::string reason(const Comparison& comparison, double samples) {
+  const std::string text = explain(comparison, {"", "", "", samples});
+  const std::string line = text.substr(0, text.find('\n'));
+  return line.substr(line.find(": ") + 2);
+}
+
+// Half of the interval, of all that is averaged; how far that is off; and what was decided.
+void note(const Comparison& comparison, double tolerance, double samples, Answer& answer) {
+  const Estimate& whole = comparison.image.back().estimate;
+  const double mean = std::abs(whole.reference) > 0.0 ? std::abs(whole.reference) : 1.0;
+  answer.bias = whole.difference / mean;
+  answer.error = whole.confidence / mean;
+  answer.text = percent(answer.bias, answer.error);
+  if (comparison.is_same_but_for_pixels) {
+    answer.mark = Mark::right;
+    answer.text += fmt::format(", but for {} single pixels", comparison.levels.back().different);
+    return;
+  }
+  switch (comparison.verdict) {
+    case Verdict::same: answer.mark = Mark::right; break;
+    case Verdict::different:
+      answer.mark = Mark::wrong;
+      if (std::abs(answer.bias) - answer.error <= tolerance) {
+        answer.text += "; " + reason(comparison, samples);
+      }
+      break;
+    default:
+      answer.mark = Mark::noisy;
+      if (!std::isfinite(comparison.samples_factor)) answer.text += ": too close to the tolerance";
+  }
+}
+
+void add_pictures(const Picture& test, const Picture& truth, Answer& answer) {
+  const Window whole{0, 0, test.image.width, test.image.height};
+  answer.pictures = {{"the program's", test.image},
+                     {"what is right", truth.image},
+                     {"difference: blue too dark, red too bright",
+                      draw_map(MapKind::difference, test, truth, whole)}};
+}
+
+}  // namespace
+
+Examiner::Examiner(const OtherRenderer& renderer, const Terms& terms, size_t questions,
+                   const Watcher& watcher)
+    : renderer_(renderer),
+      terms_(terms),
+      false_alarm_(false_alarm / double(std::max<size_t>(questions, 1))),
+      watcher_(watcher) {}
+
+Reference Examiner::draw(const Question& question, int samples, int seeds, int first_seed,
+                         int threads) {
+  ReferenceSettings settings{.quality = Quality::draft,
+                             .first_seed = first_seed,
+                             .bounces = question.bounces,
+                             .threads = threads};
+  if (renderer_.has_samples) {
+    settings.samples_per_pixel = samples;
+    settings.seeds = seeds;
+  }
+  const fs::path log = fs::temp_directory_path() / fmt::format("plumb-{}.log", renderer_.word);
+  Reference reference =
+      render_reference(renderer_, question.scene, question.file, settings, log, watcher_);
+  if (!reference.program.empty()) version_ = reference.program;
+  if (!reference.version.empty() && reference.version != version_) {
+    version_ = reference.program + " " + reference.version;
+  }
+  return reference;
+}
+
+// Draws anew, and finds the noise of what was drawn.
+Picture Examiner::look(const Question& question, int samples, int seeds, const Picture& truth,
+                       Answer& answer) {
+  Reference reference = draw(question, samples, seeds, next_seed_);
+  next_seed_ += seeds;
+  answer.seconds += reference.process_seconds;
+  answer.samples_per_pixel = reference.samples_per_pixel;
+  rounds_.push_back({double{1} * reference.samples_per_pixel, reference.wall_seconds, 0.0});
+  if (reference.seeds == 0) return {};
+  int replicates = reference.seeds;
+  const bool is_known = has_noise(reference.image) || (are_seeds_heeded_ && seeds > 1);
+  if (renderer_.has_samples && !is_known) {
+    take_variance_from_scatter(reference.image, rgb_of(truth.image));
+    replicates = block_side * block_side;
+  }
+  reference.image.provenance.samples = fmt::format("0:{}", reference.samples_per_pixel);
+  return to_picture("test", std::move(reference.image), replicates);
+}
+
+void Examiner::ask_in_rounds(const Question& question, Answer& answer) {
+  Picture truth = question.truth();
+  take_for_noiseless(truth);
+  const Regions regions = regions_of(question);
+  const double pixels = pixels_of(question);
+  const bool is_one_enough = question.is_uniform && is_scatter_honest_;
+  const int least_seeds = is_one_enough ? 1 : scene_seeds;
+  double samples = std::max(16.0 * least_seeds, double(1 << 18) / pixels);  // of a pixel
+  const double most = std::max(1.0, most_of_a_run / pixels);
+  for (int round = 0; !watcher_.stop; ++round) {
+    const int seeds = std::max(least_seeds, int(std::ceil(samples / most)));
+    const double before = answer.seconds;
+    Picture test = look(question, int(samples / seeds), seeds, truth, answer);
+    if (watcher_.stop) break;
+    const auto channels = match(test, truth, {}, true);
+    rounds_.back().variance = relative_variance(test, truth);
+    Judgement judgement;
+    judgement.tolerance.value = terms_.tolerance;
+    judgement.false_alarm = false_alarm_ / std::exp2(round + 1);
+    if (!renderer_.has_samples) judgement.floor = Amount{0.0, true};
+    const Comparison comparison = compare(
+        test, truth, channels, {0, 0, test.image.width, test.image.height}, regions, judgement);
+    note(comparison, terms_.tolerance, samples, answer);
+    if (answer.mark == Mark::wrong) add_pictures(test, truth, answer);
+    if (answer.mark != Mark::noisy || !renderer_.has_samples) return;
+    // A round takes some time even without samples, which makes this careful.
+    const double affordable = (terms_.seconds - answer.seconds) / (answer.seconds - before);
+    const double factor = std::min({1.5 * comparison.samples_factor, 64.0, affordable});
+    if (!(factor >= 1.5)) return;
+    samples *= std::max(factor, 2.0);
+  }
+  answer.text = "interrupted";
+}
+
+Answer Examiner::ask(const Question& question) {
+  Answer answer{question.name, question.group, question.about, Mark::noisy};
+  rounds_.clear();
+  if (question.is_beyond_float && renderer_.is_single_precision) {
+    answer.mark = Mark::cannot;
+    answer.text = "asks for more than single precision";
+    return answer;
+  }
+  try {
+    ask_in_rounds(question, answer);
+  } catch (const std::invalid_argument& error) {
+    answer.mark = Mark::cannot;
+    answer.text = error.what();
+  } catch (const std::exception& error) {
+    answer.mark = Mark::failed;
+    answer.text = error.what();
+  }
+  return answer;
+}
+
+namespace {
+
+Answer protocol(const std::string& name, const std::string& about) {
+  return {name, "the program", about};
+}
+
+void decide(Answer& answer, bool is_right, const std::string& right, const std::string& wrong) {
+  answer.mark = is_right ? Mark::right : Mark::wrong;
+  answer.text = is_right ? right : wrong;
+}
+
+// The variance of the picture's mean by several pictures, over what the scatter of their pixels
+// makes of it. It is 1 if pixels are independent, and more if neighbours err alike.
+double noise_ratio(const std::vector<std::vector<float>>& pictures) {
+  Replicates<double> means;
+  std::vector<Replicates<double>> values(pictures[0].size());
+  for (const std::vector<float>& picture : pictures) {
+    double sum = 0.0;
+    for (size_t i = 0; i < picture.size(); ++i) {
+      values[i].add(double{picture[i]});
+      sum += double{picture[i]};
+    }
+    means.add(sum / double(picture.size()));
+  }
+  double variance = 0.0;  // of the mean of grey pixels, whose channels err alike
+  for (const Replicates<double>& value : values) variance += value.variance();
+  variance *= 3.0 / double(values.size()) / double(values.size());
+  return variance > 0.0 ? means.variance() / variance : 1.0;
+}
+
+}  // namespace
+
+std::vector<Answer> Examiner::try_protocol(const fs::path& scene_file) {
+  const Question question{"", "", "", read_scene(scene_file), scene_file, {}, {}};
+  constexpr int samples = 64;
+  std::vector<Answer> answers;
+  Answer runs = protocol("runs",
+                         "It reads a scene and leaves a picture of the scene's size, with "
+                         "numbers in it, within its time limit.");
+  try {
+    std::vector<std::vector<float>> pictures;
+    for (int i = 0; i < (renderer_.has_samples ? noise_seeds : 1) && !watcher_.stop; ++i) {
+      const Reference drawn = draw(question, samples, 1, next_seed_++);
+      if (watcher_.stop) return answers;
+      runs.seconds += drawn.process_seconds;
+      pictures.push_back(rgb_of(drawn.image));
+    }
+    decide(runs, true, fmt::format("{} pictures", pictures.size()), "");
+    answers.push_back(runs);
+    if (!renderer_.has_samples) return answers;
+
+    const bool differ = are_seeds_heeded_ = pictures[0] != pictures[1];
+    if (renderer_.has_seeds) {
+      Answer seeds = protocol("seeds", "Pictures of two seeds differ.");
+      decide(seeds, differ, "they differ", "two seeds gave the same picture");
+      answers.push_back(seeds);
+    }
+    if (renderer_.promises_same_bits) {
+      Answer bits = protocol("same bits",
+                             "A seed gives the same picture again, and with one "
+                             "thread as with many.");
+      const int seed = next_seed_++;
+      const auto many = rgb_of(draw(question, samples, 1, seed).image);
+      const auto one = rgb_of(draw(question, samples, 1, seed, 1).image);
+      decide(bits, many == one && !many.empty(), "they are", "they are not, though promised");
+      answers.push_back(bits);
+    }
+    if (differ) {
+      // Of 8 pictures: chi-square / 7 is above that once in ten thousand times.
+      constexpr double too_much = 4.3;
+      const double ratio = noise_ratio(pictures);
+      Answer noise = protocol("honest noise",
+                              "Pixels err independently: the mean of a picture scatters as its "
+                              "pixels' scatter says.\nIf not, neighbours share random numbers.");
+      is_scatter_honest_ = ratio < too_much;
+      decide(noise, is_scatter_honest_, fmt::format("variance of the mean {:.2g} of that", ratio),
+             fmt::format("the mean's variance is {:.2g} times that", ratio));
+      answers.push_back(noise);
+    }
+  } catch (const std::exception& error) {
+    runs.mark = Mark::failed;
+    runs.text = error.what();
+    answers.push_back(runs);
+  }
+  return answers;
+}
+
+}  // namespace plumb::cli
