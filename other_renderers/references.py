@@ -29,8 +29,6 @@ SCENES = ["cornell", "seed", "spheres", "metals", "goral", "shadows", "furnace",
 THOROUGH = {"cornell": 16384, "seed": 65536}  # those that tests and plots stand on, and samples
 SAMPLES = 4096  # of the others
 SEEDS, THOROUGH_SEEDS = 6, 16  # of other programs, with 256 samples each
-# Of pictures without noise: where two rays leave each surface of glass, the least that is enough.
-GOOD_IS_ENOUGH = ["spheres", "metals"]
 # Those that everybody can install.
 STORED = ["plumbline", "cycles", "povray"]
 
@@ -149,7 +147,8 @@ def render_by_bounces(scene):
 
 
 def best(scene):
-    return "good" if scene in GOOD_IS_ENOUGH else "best"
+    """Of pictures without noise."""
+    return "best" if scene in THOROUGH else "good"
 
 
 def quality(other, scene):
