@@ -42,7 +42,7 @@ generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
 .PHONY: help deps page-deps node-deps configure build test lint sanitize fuzz gate report core page \
-  page-test bench references check-references stress stress-truth lamp-sampling power \
+  page-test bench references check-references stress stress-truth lamp-sampling power faults diagnose-study \
   lesson-pictures lessons charts pictures page-picture clean
 
 help:
@@ -66,6 +66,8 @@ help:
 	@echo "make stress        makes the tables of docs/stability.md (21 minutes)"
 	@echo "make stress-truth  has Mitsuba render the caustics that they are held against (5 minutes)"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
+	@echo "make faults         makes the tables of docs/faults.md"
+	@echo "make diagnose-study makes the tables of docs/diagnose.md (2 hours)"
 	@echo "make power          makes the table of docs/power.md (6 minutes)"
 	@echo "make lessons        makes pages of docs/lessons/ with live pictures: out/lessons/index.html"
 	@echo "make lesson-pictures  renders the pictures, plots and tables of docs/lessons/ (15 minutes)"
@@ -227,6 +229,15 @@ stress-truth: build
 
 lamp-sampling: build
 	build/lamp_sampling
+
+faults: build
+	@mkdir -p out
+	build/plumb faults > out/faults.md
+	sed -i -e '/<!-- tables: made by/,/<!-- end of tables/{//!d}' -e '/<!-- tables: made by/r out/faults.md' \
+	  docs/faults.md
+
+diagnose-study: build
+	python3 bench/diagnose_study.py build/plumb
 
 power: build
 	@mkdir -p out

@@ -19,6 +19,7 @@
 #include "cli/scene_options.h"
 #include "compare/baseline_tests.h"
 #include "compare/comparison.h"
+#include "compare/report.h"
 #include "renderer/render.h"
 #include "scene_files/scene_reader.h"
 
@@ -76,26 +77,6 @@ Verdicts judge(const Film& film, const HealthyScene& healthy, size_t step) {
           test_by_baselines(test, reference, static_cast<double>(film.samples_per_pixel()))};
 }
 
-// The difference as a part of the reference, with its 95 % interval.
-std::string percent(const Estimate& e) {
-  const double unit = e.reference > 0.0 ? e.reference / 100.0 : 1.0;
-  return fmt::format("{:+.3g} ± {:.2g} %", e.difference / unit, e.confidence / unit);
-}
-
-// The clearest difference: of a region, else of the image, a block or a pixel.
-std::string named(const Comparison& comparison) {
-  for (const Unit unit : {Unit::region, Unit::image, Unit::block, Unit::pixel}) {
-    const auto level = std::ranges::find(comparison.levels, unit, &Level::unit);
-    if (level == comparison.levels.end() || level->worst.empty()) continue;
-    const Finding& f = level->worst.front();
-    const std::string place =
-        f.name.empty() ? fmt::format("{} at {},{}", to_string(unit), f.window.x, f.window.y)
-                       : f.name;
-    return fmt::format("{}, {}: {}", place, f.channel, percent(f.estimate));
-  }
-  return "";
-}
-
 // What the fault does to the whole and to the region that it changes most, in two cells.
 std::string true_change(const Comparison& comparison) {
   const Finding* worst = nullptr;
@@ -104,9 +85,9 @@ std::string true_change(const Comparison& comparison) {
     const double change = std::abs(f.estimate.difference / f.estimate.reference);
     if (f.channel == "all" && change > most) most = change, worst = &f;
   }
-  const std::string whole = percent(comparison.image.back().estimate);
+  const std::string whole = relative_difference(comparison.image.back().estimate);
   if (worst == nullptr) return whole + " | ";
-  return fmt::format("{} | {}: {}", whole, worst->name, percent(worst->estimate));
+  return fmt::format("{} | {}: {}", whole, worst->name, relative_difference(worst->estimate));
 }
 
 class Plantings {
@@ -132,7 +113,7 @@ class Plantings {
       seconds += render(scene, settings, limits, film, {}, &stop_requested).wall_seconds;
       if (stop_requested) return "";
       line.show(fmt::format("{}, {}: {} spp", scene.name, fault_name(fault), goal));
-      const std::string seen = look(fault, film, seconds, step);
+      const std::string seen = look(fault, spoil(fault, film, scene), seconds, step);
       if (found.empty()) found = seen;
       const bool is_known = !found.empty() && goal >= converged_samples;
       if (is_known || film.samples_per_pixel() < goal || seconds >= options_.seconds) break;
@@ -142,7 +123,8 @@ class Plantings {
                           seconds, baseline_cells_);
     }
     return fmt::format("| {} | {} | {} | {} |", scene.name, fault_name(fault),
-                       true_change(judge(film, healthy_, 0).comparison), found);
+                       true_change(judge(spoil(fault, film, scene), healthy_, 0).comparison),
+                       found);
   }
 
  private:
@@ -161,8 +143,8 @@ class Plantings {
         fmt::format("{} | {}", word(baselines.rmse, healthy.rmse), word(baselines.z, healthy.z));
     const bool says_nothing = is_healthy_different && fault != Fault::none;
     if (!is_different || says_nothing) return "";
-    return fmt::format("{} | {} spp | {:.2g} s | {}", named(comparison), film.samples_per_pixel(),
-                       seconds, baseline_cells_);
+    return fmt::format("{} | {} spp | {:.2g} s | {}", clearest_difference(comparison),
+                       film.samples_per_pixel(), seconds, baseline_cells_);
   }
 
   const Options& options_;
@@ -180,7 +162,7 @@ std::vector<Fault> faults_that_show(const Scene& scene) {
       scene.shapes, [](const Shape& shape) { return shape.bsdf.kind == Bsdf::Kind::dielectric; });
   std::vector<Fault> those;
   for (const FaultDescription& known : faults()) {
-    if (has_glass || !known.is_of_glass) those.push_back(known.fault);
+    if (!known.is_set_up && (has_glass || !known.is_of_glass)) those.push_back(known.fault);
   }
   return those;
 }
@@ -219,8 +201,8 @@ void add_power(CLI::App& app, int& exit_code) {
   add_option(command, "SCENE", "", options->scenes,
              "Scene files (default: cornell, seed, spheres)");
   add_option(command, "--fault", "NAME", options->faults,
-             "Only these, as for 'plumb render' (default: all,\n"
-             "those of glass where there is glass)");
+             "Only these of 'plumb faults' (default: all bugs, those\n"
+             "of glass where there is glass)");
   add_option(command, "--reference", "FILE", options->reference,
              "Healthy picture with its noise, in or from the scene's\n"
              "folder (default: plumbline.exr)");

@@ -82,8 +82,8 @@ void add_options(CLI::App& command, Options& options) {
   add_option(command, "--exposure", "EV", options.exposure, number(-100.0, 100.0),
              "Brighten the .png by so many stops (default: 0)");
   add_option(command, "--fault", "NAME", options.fault, parse_fault,
-             "Plant a classic bug, to see whether it is found: a\n"
-             "wrong name lists them all (float only)");
+             "Plant one of 'plumb faults', to see whether it is found\n"
+             "(those of the integrator: float only)");
 }
 
 void check_outputs(const std::vector<std::string>& files) {
@@ -175,7 +175,7 @@ int run(Options options) {
   }
 
   const int64_t first = limits.samples.first;
-  Image image = to_image(film, options.samples.has_value());
+  Image image = to_image(spoil(options.fault, film, scene), options.samples.has_value());
   image.provenance =
       describe(scene, options.settings, {first, first + film.samples_per_pixel()}, film, cost);
   if (options.fault != Fault::none) image.provenance.fault = fault_name(options.fault);

@@ -169,6 +169,7 @@ class Judge {
       const double own = pools[i].mean_reference();
       const Criterion judge = criterion(c, own, unit);
       Finding finding{"", {}, result_.channels[c], judge.estimate(pools[i], critical)};
+      finding.scale = scale(c, own);
       locate(static_cast<int>(i / channels), finding);
       if (is_of_picture(c) && scale(c, own) > 0.0) {
         visible.push_back(finding.estimate.visible / scale(c, own));

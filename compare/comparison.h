@@ -52,6 +52,7 @@ struct Finding {
   std::string channel;
   Estimate estimate;
   bool is_beyond_limit = false;  // of a pixel: whether it surely differs by more than that
+  double scale = 0;              // of an average: what a relative amount is a part of
 };
 
 // All units of one kind.

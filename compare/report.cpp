@@ -334,4 +334,22 @@ Json to_json(const Comparison& comparison, const ComparedFiles& files) {
   return json;
 }
 
+std::string relative_difference(const Estimate& e) {
+  const double unit = e.reference > 0.0 ? e.reference / 100.0 : 1.0;
+  return fmt::format("{:+.3g} ± {:.2g} %", e.difference / unit, e.confidence / unit);
+}
+
+std::string clearest_difference(const Comparison& comparison) {
+  for (const Unit unit : {Unit::region, Unit::image, Unit::block, Unit::pixel}) {
+    const auto level = std::ranges::find(comparison.levels, unit, &Level::unit);
+    if (level == comparison.levels.end() || level->worst.empty()) continue;
+    const Finding& f = level->worst.front();
+    const std::string place =
+        f.name.empty() ? fmt::format("{} at {},{}", to_string(unit), f.window.x, f.window.y)
+                       : f.name;
+    return fmt::format("{}, {}: {}", place, f.channel, relative_difference(f.estimate));
+  }
+  return "";
+}
+
 }  // namespace plumb

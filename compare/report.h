@@ -31,4 +31,9 @@ nlohmann::ordered_json to_json(Verdict verdict, const std::string& explanation,
 // A line with the verdict and its reason, and a line that tells which errors would have been found.
 std::string explain(const Comparison& comparison, const ComparedFiles& files);
 
+// The clearest difference: of a region, else of the image, a block or a pixel; nothing if there is
+// none. And a difference as a part of the reference, with its 95 % interval.
+std::string clearest_difference(const Comparison& comparison);
+std::string relative_difference(const Estimate& estimate);
+
 }  // namespace plumb

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The estimator with one of the faults of faults.h, chosen at run time.
+#include "faults/curves.h"
 #include "faults/faults.h"
 #include "renderer/simd/path-inl.h"
 
@@ -139,7 +140,7 @@ struct FaultyEstimator : Estimator<Lanes, true> {
 
   V3<D> contribution(V3<D> light, R bounces) const {
     if (fault != Fault::clamp_indirect) return light;
-    const R most = select(bounces > R(1), R(10), R(std::numeric_limits<T>::infinity()));
+    const R most = select(bounces > R(1), R(T{clamped_at}), R(std::numeric_limits<T>::infinity()));
     return {min(light.x, most), min(light.y, most), min(light.z, most)};
   }
 
@@ -179,6 +180,7 @@ struct FaultyEstimator : Estimator<Lanes, true> {
 
   R spoil(R inverse_pdf, const Lamp& lamp, V3<D> p, R distance) const {
     if (fault == Fault::half_lamp_area) return inverse_pdf * R(0.5f);
+    if (fault == Fault::inverse_square) return inverse_pdf * (distance * distance);
     if (fault == Fault::emitter_cosine)
       return inverse_pdf / max(emitter_cosine(lamp, p, distance), R(1e-4f));
     return inverse_pdf;

@@ -49,6 +49,13 @@ double Filter::weight(double distance) const {
     case Kind::box: return 1.0;
     case Kind::tent: return std::max(0.0, 1.0 - std::abs(x));
     case Kind::gaussian: return std::max(0.0, std::exp(-x * x / 2.0) - std::exp(-8.0));
+    // Harris, "On the use of windows for harmonic analysis with the discrete Fourier transform",
+    // Proceedings of the IEEE 66(1), 1978, with the middle at 0.
+    case Kind::blackman_harris: {
+      const double angle = std::numbers::pi * std::clamp(x, -1.0, 1.0);
+      return 0.35875 + 0.48829 * std::cos(angle) + 0.14128 * std::cos(2.0 * angle) +
+             0.01168 * std::cos(3.0 * angle);
+    }
   }
   return 0.0;
 }

@@ -97,9 +97,10 @@ constexpr int largest_image_side = 8192;
 
 // How much light at a distance from a pixel's middle counts, along x and along y: `box` is the
 // pixel's own square, `tent` falls linearly to 0 at `size` pixels, `gaussian` has the standard
-// deviation `size` and ends after four of them, minus its value at that distance (as Mitsuba's do).
+// deviation `size` and ends after four of them, minus its value at that distance (as Mitsuba's do),
+// `blackman_harris` is their window of four terms, which ends at `size` (as Cycles' does).
 struct Filter {
-  enum class Kind { box, tent, gaussian };
+  enum class Kind { box, tent, gaussian, blackman_harris };
   Kind kind = Kind::box;
   double size = 0.5;
   bool crosses_border = false;  // what lies beside the picture counts for its outermost pixels

@@ -34,6 +34,16 @@ double share_beyond(const Filter& filter, double distance) {
     const double beyond = std::pow(std::max(1.0 - std::abs(x), 0.0), 2) / 2.0;
     return x > 0.0 ? beyond : 1.0 - beyond;
   }
+  if (filter.kind == Filter::Kind::blackman_harris) {
+    const double x = std::clamp(distance / filter.size, -1.0, 1.0);
+    const auto below = [](double t) {
+      return 0.35875 * t +
+             (0.48829 * std::sin(M_PI * t) + 0.14128 / 2.0 * std::sin(2.0 * M_PI * t) +
+              0.01168 / 3.0 * std::sin(3.0 * M_PI * t)) /
+                 M_PI;
+    };
+    return (below(1.0) - below(x)) / (2.0 * below(1.0));
+  }
   // Of exp(-x^2 / 2) - exp(-8) from -4 to 4.
   const double x = std::clamp(distance / filter.size, -4.0, 4.0);
   const auto below = [](double t) {
@@ -95,7 +105,9 @@ INSTANTIATE_TEST_SUITE_P(All, FilterTest,
                          testing::Values(Named{"box", {}}, Named{"tent", {Filter::Kind::tent, 1.0}},
                                          Named{"wide_tent", {Filter::Kind::tent, 2.5}},
                                          Named{"gaussian", {Filter::Kind::gaussian, 0.5}},
-                                         Named{"narrow_gaussian", {Filter::Kind::gaussian, 0.2}}),
+                                         Named{"narrow_gaussian", {Filter::Kind::gaussian, 0.2}},
+                                         Named{"blackman_harris",
+                                               {Filter::Kind::blackman_harris, 0.75}}),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace

@@ -157,10 +157,12 @@ EXPORT(load) int load(const char* name, size_t size) {
   }
 }
 
-// Answers the faults that can be planted: name and text.
+// Answers the bugs that can be planted, with which the list of faults begins: name and text.
 EXPORT(faults) int list_faults() {
   json all = json::array();
-  for (const FaultDescription& fault : faults()) all.push_back({fault.name, fault.text});
+  for (const FaultDescription& fault : faults()) {
+    if (!fault.is_set_up) all.push_back({fault.name, fault.text});
+  }
   return told(all);
 }
 

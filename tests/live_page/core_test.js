@@ -94,7 +94,7 @@ describe('The core', () => {
     const glass = seed.replace(/(id="steel_cuboid"[^]*?)<ref id="steel"\/>/, '$1<bsdf type="dielectric"/>');
     core.load({'scene.xml': glass.replace('17, 15, 12', '170, 150, 120')}, 'scene.xml');
     const healthy = draw(core, small(), 256).mean;
-    assert.equal(core.faults().length, 19);
+    assert.equal(core.faults().length, 20);
     core.faults().forEach(([name, text], fault) => {
       assert.match(name, /^[a-z-]+$/);
       assert.ok(text.length > 10, text);

@@ -1,0 +1,200 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+
+"""Writes the tables of docs/diagnose.md.
+
+    python3 bench/diagnose_study.py PLUMB    (which is 'make diagnose-study')
+
+Has PLUMB diagnose pictures of the Cornell box and the seed scene: with each of its own faults, right
+ones, and ones with faults that it does not know. What was diagnosed is kept in out/diagnose_study,
+so that a study that was interrupted goes on.
+"""
+
+import collections
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+FOLDER = ROOT / "out" / "diagnose_study"
+DOCUMENT = ROOT / "docs" / "diagnose.md"
+BEGIN, END = "<!-- tables: made by 'make diagnose-study' -->\n", "<!-- end of tables -->"
+
+SCENES = ("cornell", "seed")
+SAMPLES = (64, 256, 1024)
+VISIBLE = 0.005  # of a region, the least change that has to be found
+
+# Right pictures: how many of each size and number of samples.
+RIGHT = ((64, 16, 40), (64, 64, 40), (64, 256, 40), (64, 1024, 40), (256, 16, 20), (256, 64, 20))
+
+# Faults that no row of the table is: an edit of the scene file, or an operation on the picture.
+UNKNOWN = {
+    "a block turned by 12 degrees": ("seed", r'y="1" angle="-10"', 'y="1" angle="2"'),
+    "the matte sphere moved by 40": ("seed", r'x="142" y="240"', 'x="182" y="240"'),
+    "the steel sphere matte": ("seed", r'<float name="radius" value="95"/>\s*<ref id="steel"/>',
+                               '<float name="radius" value="95"/><ref id="white"/>'),
+    "the red wall green": ("cornell", r'(left_wall.obj"/>[^<]*<boolean[^<]*/>[^<]*)<ref id="red"/>',
+                           r'\1<ref id="green"/>'),
+    "the camera 20 to the left": ("cornell", r'origin="278, 273, -800" target="278,',
+                                  'origin="298, 273, -800" target="298,'),
+    "the lamp moved by 60": ("cornell", r'x="278" y="548.3" z="279.5"',
+                             'x="338" y="548.3" z="279.5"'),
+    "a fall of brightness from left to right": ("cornell", None, [
+        "--pattern", "fill:left=0.9:right=1.1", "256x256", "3", "--mul"]),
+    "the red channel a tenth brighter": ("seed", None, ["--mulc", "1.1,1,1"]),
+}
+
+
+class Study:
+    def __init__(self, plumb):
+        self.plumb = pathlib.Path(plumb).resolve()
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        self.log = FOLDER / "said.json"
+        self.said = json.loads(self.log.read_text("utf-8")) if self.log.exists() else {}
+
+    def run(self, *words):
+        result = subprocess.run([str(self.plumb), *map(str, words)], cwd=ROOT, text=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+        if result.returncode not in (0, 1, 3):
+            raise SystemExit(f"{words}: {result.stderr}")
+        return result.stdout
+
+    def diagnose(self, name, scene, make):
+        """What is said of a picture, which `make` draws into a file."""
+        if name not in self.said:
+            picture = FOLDER / "picture.exr"
+            make(picture)
+            self.said[name] = self.run("diagnose", picture, scene)
+            self.log.write_text(json.dumps(self.said, indent=1), "utf-8")
+            print(name, self.said[name].splitlines()[:2], flush=True)
+        return self.said[name]
+
+    def change(self, scene, fault):
+        """By how much, as a part of itself, the fault changes the region that it changes most."""
+        name = f"change {scene} {fault}"
+        if name not in self.said:
+            mask, healthy, faulty = (FOLDER / f for f in ("mask.png", "healthy.exr", "faulty.exr"))
+            self.run("render", scene_file(scene), "--aov", "side", "-o", mask)
+            # The same samples: what differs is the fault alone.
+            self.run("render", scene_file(scene), "--spp", 1024, "-o", healthy)
+            self.run("render", scene_file(scene), "--spp", 1024, "--fault", fault, "-o", faulty)
+            said = json.loads(self.run("compare", faulty, healthy, "--regions", mask, "--json", "-",
+                                       "--negative"))
+            self.said[name] = max(abs(f["difference"] / f["reference"]) for f in said["regions"]
+                                  if f["channel"] == "all" and f["reference"] > 0)
+            self.log.write_text(json.dumps(self.said, indent=1), "utf-8")
+        return self.said[name]
+
+
+def scene_file(scene):
+    return ROOT / "reference_scenes" / scene / "scene.xml"
+
+
+def same_as(said):
+    """The names of what a picture is claimed to be the same as the reference with; or none."""
+    found = re.search(r"^same as the reference with (.*), to [\d.]+ % everywhere", said, re.MULTILINE)
+    return found.group(1) if found else None
+
+
+def first(said):
+    """What comes first in the ranked table."""
+    found = re.search(r"\| suspect .*\n\|-.*\n\| (.*?) +\|", said)
+    return found.group(1) if found else None
+
+
+def is_named(fault, suspect):
+    """Whether the suspect is this fault, its number the usual one."""
+    names = re.findall(r"`([^`]*)`(?: \(([\d.]+))?", suspect or "")
+    if fault == "exposure":
+        return len(names) == 1 and names[0][0] == fault and abs(float(names[0][1]) - 3.1416) < 0.02
+    return len(names) == 1 and names[0][0] == fault
+
+
+def own_faults(study):
+    table = study.run("faults")
+    faults = re.findall(r"^\| `([\w-]+)` ", table, re.MULTILINE)
+    rows, firsts = [], collections.Counter()
+    for scene in SCENES:
+        for fault in faults:
+            change = study.change(scene, fault)
+            cells = []
+            for spp in SAMPLES:
+                said = study.diagnose(
+                    f"{scene} {fault} {spp}", scene_file(scene),
+                    lambda file, scene=scene, spp=spp, fault=fault: study.run(
+                        "render", scene_file(scene), "--spp", spp, "--seed", 77, "--fault", fault,
+                        "-o", file))
+                suspect = first(said)
+                right = is_named(fault, suspect)
+                cells.append("nothing seen" if suspect is None else
+                             ("same" if same_as(said) else "first") if right else suspect)
+                if change >= VISIBLE:
+                    firsts[spp, right] += 1
+            if change > 0:
+                rows.append(f"| {scene} | `{fault}` | {100 * change:.2g} % | {' | '.join(cells)} |\n")
+    yield "| scene | fault | changes a region by | " + " | ".join(f"{n} spp" for n in SAMPLES) + " |\n"
+    yield "|---|---|---|---|---|---|\n"
+    yield from rows
+    yield "\n"
+    for spp in SAMPLES:
+        right, wrong = firsts[spp, True], firsts[spp, False]
+        yield (f"{spp} samples: the right name comes first for {right} of {right + wrong} faults that "
+               f"change a region by {100 * VISIBLE:g} % or more.\n")
+
+
+def right_pictures(study):
+    yield "\n| right pictures | samples | same | inconclusive | diagnosed |\n|---|---|---|---|---|\n"
+    for side, spp, count in RIGHT:
+        words = collections.Counter()
+        for i in range(count):
+            scene = SCENES[i % 2]
+            said = study.diagnose(
+                f"right {scene} {side} {spp} {i}", scene_file(scene),
+                lambda file, scene=scene, seed=1000 + i, spp=spp, side=side: study.run(
+                    "render", scene_file(scene), "--size", f"{side}x{side}", "--spp", spp, "--seed",
+                    seed, "-o", file))
+            words[said.split()[0].rstrip(":")] += 1
+        yield (f"| {count} of {side} x {side} | {spp} | {words['same']} | {words['inconclusive']} | "
+               f"{words['different']} |\n")
+
+
+def edited(study, scene, pattern, change, file):
+    """Renders the scene file with an edit, or has oiiotool edit the picture, which loses its noise."""
+    original = scene_file(scene)
+    if pattern is None:
+        healthy = FOLDER / "healthy.exr"
+        study.run("render", original, "--spp", 1024, "--seed", 77, "-o", healthy)
+        subprocess.run(["oiiotool", healthy, "--ch", "R,G,B", *change, "-o", file], check=True)
+        return
+    xml, count = re.subn(pattern, change, original.read_text("utf-8"))
+    if count != 1:
+        raise SystemExit(f"{pattern}: {count} places in {original}")
+    copy = original.with_name("diagnose_study.xml")  # beside its meshes
+    copy.write_text(xml, "utf-8")
+    study.run("render", copy, "--spp", 1024, "--seed", 77, "-o", file)
+    copy.unlink()
+
+
+def unknown_faults(study):
+    yield "\n| fault that is in no table | scene | what is said |\n|---|---|---|\n"
+    for name, (scene, pattern, text) in UNKNOWN.items():
+        said = study.diagnose(f"unknown {name}", scene_file(scene),
+                              lambda file, s=scene, p=pattern, t=text: edited(study, s, p, t, file))
+        line = said.splitlines()[1]
+        yield f"| {name} | {scene} | {line} |\n"
+
+
+def main():
+    study = Study(sys.argv[1])
+    text = DOCUMENT.read_text("utf-8")
+    before, rest = text.split(BEGIN)
+    tables = "".join([*unknown_faults(study), *right_pictures(study), "\n", *own_faults(study)])
+    DOCUMENT.write_text(f"{before}{BEGIN}{tables}{END}{rest.split(END)[1]}", "utf-8")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    main()

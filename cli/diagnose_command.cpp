@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands.h"
+#include "cli/diagnosis.h"
+#include "cli/film_image.h"
+#include "cli/interrupt.h"
+#include "cli/names.h"
+#include "cli/progress_line.h"
+#include "cli/scene_options.h"
+#include "compare/maps.h"
+#include "compare/markdown.h"
+
+namespace plumb::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string picture, folder;
+  SceneOptions scene;
+  double tolerance = 0.01;
+};
+
+// Of neighbours; above it the picture was filtered.
+constexpr double much_shared_noise = 0.15;
+
+// What is shown of the suspects.
+constexpr size_t rows_shown = 8;
+
+std::string sentence(const Diagnosis& d, double tolerance) {
+  if (!d.healthy.is_refuted) {
+    const std::string within = percent(d.healthy.within);
+    if (d.healthy.within <= tolerance) {
+      return fmt::format("same as the reference, to {} everywhere: nothing to diagnose", within);
+    }
+    return fmt::format(
+        "inconclusive: no difference from the reference is seen, but noise may hide {} "
+        "somewhere: nothing to diagnose",
+        within);
+  }
+  const std::string different = "different from the reference: " + d.healthy.rest + "\n";
+  if (d.suspects.empty()) return different + "none of these";
+  const Suspect& best = d.suspects.front();
+  const std::string within = percent(best.agreement.within);
+  if (!best.agreement.is_refuted && best.agreement.within <= tolerance) {
+    return fmt::format("{}same as the reference with {}, to {} everywhere", different,
+                       name_of(best), within);
+  }
+  if (!best.agreement.is_refuted) {
+    return fmt::format("{}like the reference with {}, but noise may hide {} somewhere", different,
+                       name_of(best), within);
+  }
+  return fmt::format("{}none of these: {} explains {} of the squared difference; the rest is {}",
+                     different, name_of(best), percent(best.explained), best.agreement.rest);
+}
+
+std::string table_of(const Diagnosis& d) {
+  std::vector<TableRow> rows;
+  for (const Suspect& s : d.suspects) {
+    if (rows.size() == rows_shown) break;
+    rows.push_back(
+        {name_of(s), percent(s.explained),
+         s.agreement.is_refuted ? s.agreement.rest : "nothing, to " + percent(s.agreement.within)});
+  }
+  return table({"suspect", "explains", "what is left"}, rows);
+}
+
+std::string remark(const Diagnosis& d) {
+  if (d.shared_noise < much_shared_noise) return "";
+  return fmt::format(
+      "neighbouring pixels share noise (correlation {:.2f}): it was filtered (`denoised`, "
+      "`blurred`, or a filter that is not sampled), and margins are too narrow for it\n",
+      d.shared_noise);
+}
+
+// The difference, what the likeliest suspect would change, and the rest.
+void draw(const Diagnosis& d, Picture& test, const fs::path& folder) {
+  fs::create_directories(folder);
+  const Film& model = d.suspects.empty() ? d.reference : *d.suspects.front().film;
+  Picture reference = to_picture("reference", d.reference);
+  Picture suspect = to_picture("reference", model);
+  Picture suspected = to_picture("test", model);
+  const Window all{0, 0, test.image.width, test.image.height};
+  const auto write = [&](Picture& a, Picture& b, const char* name) {
+    match(a, b, {"R", "G", "B"}, true);
+    write_image(draw_map(MapKind::difference, a, b, all), folder / name);
+    fmt::print("wrote {}\n", (folder / name).string());
+  };
+  write(test, reference, "difference.png");
+  write(suspected, reference, "suspect.png");
+  write(test, suspect, "rest.png");
+}
+
+int run(const Options& options) {
+  Picture test = read_picture("test", {options.picture}, "");
+  const Scene scene = load_scene(options.scene);
+  const auto& hash = test.image.provenance.scene_hash;
+  if (hash && hash != scene.hash) {
+    fmt::print(stderr, "plumb: the picture says that it is of another version of the scene\n");
+  }
+  listen_for_interrupts();
+  std::optional<Diagnosis> found;
+  {
+    ProgressLine line;
+    found = diagnose(
+        scene, test, options.tolerance, [&](const std::string& text) { line.show(text); },
+        stop_requested);
+  }
+  if (!found) return 128 + stop_signal;
+  const Diagnosis& d = *found;
+  fmt::print("{}\n{}{}", sentence(d, options.tolerance), remark(d), table_of(d));
+  if (d.tried > 0) fmt::print("\n{} suspects were tried\n", d.tried);
+  if (!options.folder.empty()) draw(d, test, options.folder);
+  if (d.healthy.is_refuted) return static_cast<int>(Verdict::different);
+  const bool is_same = d.healthy.within <= options.tolerance;
+  return static_cast<int>(is_same ? Verdict::same : Verdict::inconclusive);
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command = *app.add_subcommand("diagnose", "Tell what a wrong picture looks like");
+  add_option(command, "PICTURE", "", options->picture,
+             "Picture of the scene by any program, linear, in any\nformat OpenImageIO reads")
+      ->required();
+  add_scene_option(command, options->scene);
+  add_option(command, "--tolerance", "T", options->tolerance, parse_fraction,
+             "Difference that doesn't matter, as 0.01 or 1%: 'same'\n"
+             "is said of what surely differs by less (default: 1%)");
+  add_option(command, "-o,--output", "FOLDER", options->folder,
+             "Pictures of the difference, of what the likeliest\n"
+             "suspect would change, and of the rest");
+  command.footer(R"(Examples:
+  plumb diagnose mine.exr reference_scenes/cornell/scene.xml
+  plumb diagnose mine.exr scene.xml --tolerance 0.5% -o why
+
+The scene is rendered in the picture's size, and again with each of 'plumb
+faults', alone and in pairs.
+
+Exit codes: 0 same, nothing to diagnose, 1 different, whatever was found,
+2 trouble, 3 inconclusive: no difference seen, but too noisy to say more,
+130 interrupted.)");
+  command.callback([=, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace plumb::cli

@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "cli/diagnosis.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "cli/film_image.h"
+#include "cli/names.h"
+#include "cli/scene_options.h"
+#include "compare/sums.h"
+#include "renderer/render.h"
+
+namespace plumb::cli {
+namespace {
+
+constexpr double false_alarm = 1e-3;
+constexpr uint32_t usual_seed = 0x706c6d62;  // hardly anybody's
+
+// Samples of all pixels of the reference: some seconds.
+constexpr int64_t affordable_samples = int64_t{1} << 26;
+
+// The first look takes a part of the reference's samples, at least `enough_samples`; the best
+// suspects get more in two steps, and as many as the reference what is claimed.
+constexpr int64_t first_part = 64, second_part = 16, last_part = 4;
+constexpr size_t kept_first = 10, kept_second = 4, shown_numbers = 3;
+
+// A second thing is looked for where the first explains so much.
+constexpr double worth_a_pair = 0.1;
+
+struct Stopped {};
+
+bool is_drawn(const Planting& p) { return description(p.fault).site != FaultSite::picture; }
+
+Picture model_picture(const Film& film) { return to_picture("reference", film); }
+
+// reference + drawn - base, replicate by replicate.
+Film steadied(const Film& reference, const Film& drawn, const Film& base) {
+  Film sum(reference.width(), reference.height());
+  for (int r = 0; r < Film::replicates; ++r) {
+    std::vector<float> values = reference.replicate_mean(r);
+    const std::vector<float> more = drawn.replicate_mean(r), less = base.replicate_mean(r);
+    for (size_t i = 0; i < values.size(); ++i) values[i] += more[i] - less[i];
+    sum.add_mean(r, reference.samples_per_replicate()[static_cast<size_t>(r)], values);
+  }
+  return sum;
+}
+
+// The usual one first, without twins of what a scene lacks.
+std::vector<Suspect> all_suspects(const Scene& scene) {
+  const bool has_glass = std::ranges::any_of(
+      scene.shapes, [](const Shape& shape) { return shape.bsdf.kind == Bsdf::Kind::dielectric; });
+  const auto samples_lamps = [](Fault fault) {
+    return fault == Fault::emitter_cosine || fault == Fault::inverse_pi ||
+           fault == Fault::half_lamp_area || fault == Fault::inverse_square;
+  };
+  std::vector<Suspect> suspects;
+  for (const FaultDescription& row : faults()) {
+    if (row.is_of_glass && !has_glass) continue;
+    suspects.push_back({{{row.fault}}});
+    if (row.fault == Fault::exposure) continue;  // its number follows
+    if (samples_lamps(row.fault)) suspects.push_back({{{row.fault}}, false});
+    for (size_t i = 1; i < row.numbers.size(); ++i) {
+      suspects.push_back({{{row.fault, row.numbers[i]}}});
+    }
+  }
+  return suspects;
+}
+
+// Nothing if they exclude each other.
+std::optional<Suspect> both(const Suspect& a, const Suspect& b) {
+  Suspect sum{a.plantings, a.has_mis && b.has_mis};
+  sum.plantings.insert(sum.plantings.end(), b.plantings.begin(), b.plantings.end());
+  std::ranges::sort(sum.plantings, {}, &Planting::fault);
+  const auto of_integrator = [](const Planting& p) {
+    return description(p.fault).site == FaultSite::integrator;
+  };
+  const bool is_twice =
+      std::ranges::adjacent_find(sum.plantings, {}, &Planting::fault) != sum.plantings.end();
+  if (is_twice || std::ranges::count_if(sum.plantings, of_integrator) > 1) return {};
+  return sum;
+}
+
+bool have_same_faults(const Suspect& a, const Suspect& b) {
+  return std::ranges::equal(a.plantings, b.plantings, {}, &Planting::fault, &Planting::fault);
+}
+
+class Search {
+ public:
+  Search(const Scene& scene, Picture& test, const std::function<void(const std::string&)>& show,
+         const std::atomic<bool>& stop)
+      : scene_(scene), test_(test), show_(show), stop_(stop) {
+    scene_.camera.width = test.image.width;
+    scene_.camera.height = test.image.height;
+    const auto pixels = static_cast<uint64_t>(test.image.pixel(0, test.image.height));
+    samples_ = std::clamp<int64_t>(
+        static_cast<int64_t>(std::bit_floor(uint64_t{affordable_samples} / pixels)), 64, 16384);
+    settings_.bounces = scene.request.bounces;
+    settings_.precision = fitting_precision(scene);
+    settings_.seed = usual_seed + (test.image.provenance.seed == int{usual_seed} ? 2 : 0);
+  }
+
+  Diagnosis run(double tolerance) {
+    RegionMask mask = region_mask(scene_, RegionKind::side);
+    regions_ = {std::move(mask.names), std::move(mask.regions)};
+    Settings other = settings_;
+    ++other.seed;
+    Diagnosis result{.reference = draw(scene_, other, samples_, "reference")};
+    reference_ = &result.reference;
+    Picture healthy = matched(result.reference);
+    result.is_by_neighbours = by_neighbours_ = !test_.knows_noise();
+    if (by_neighbours_) tell_noise_by_neighbours(test_, healthy);
+    result.shared_noise = shared_noise(test_, healthy);
+    result.healthy = agreement(test_, healthy, channels_, regions_, false_alarm, by_neighbours_);
+    if (!result.healthy.is_refuted) return result;
+    yardstick_.emplace(test_, healthy);
+    all_ = yardstick_->squares(test_, healthy, 1);
+    result.suspects = look_for(all_suspects(scene_));
+    if (result.suspects.empty()) return result;
+    const bool is_explained = !result.suspects.front().agreement.is_refuted;
+    if (!is_explained && result.suspects.front().explained > worth_a_pair) {
+      std::vector<Suspect> pairs;
+      for (const Suspect& second : all_suspects(scene_)) {
+        if (auto pair = both(result.suspects.front(), second)) pairs.push_back(*pair);
+      }
+      for (Suspect& pair : look_for(std::move(pairs))) result.suspects.push_back(std::move(pair));
+      rank(result.suspects);
+    }
+    refine(result.suspects.front(), tolerance);
+    result.tried = tried_;
+    return result;
+  }
+
+ private:
+  Film draw(const Scene& scene, const Settings& settings, int64_t samples,
+            const std::string& what) {
+    Film film(scene.camera.width, scene.camera.height);
+    const auto show = [&](const Progress& progress) {
+      show_(fmt::format("{}: {} of {} spp", what, progress.samples_per_pixel, samples));
+    };
+    render(scene, settings, {.samples = {0, samples}}, film, show, &stop_);
+    if (stop_) throw Stopped();
+    return film;
+  }
+
+  // As the picture's reference, with the channels that both have.
+  Picture matched(const Film& film) {
+    Picture model = model_picture(film);
+    channels_ = match(test_, model, {"R", "G", "B"}, true);
+    return model;
+  }
+
+  const Film& base(const Settings& settings, int64_t samples) {
+    const auto key = std::pair(settings.method, samples);
+    if (!bases_.contains(key)) {
+      Settings healthy = settings_;
+      healthy.method = settings.method;
+      bases_.emplace(key, draw(scene_, healthy, samples, "reference"));
+    }
+    return bases_.at(key);
+  }
+
+  // What is rendered for a suspect; nothing if that changes no pixel. The samples are those of the
+  // base, so that only what the suspect changes is noisy. It is remembered for the next call.
+  const std::optional<Film>& drawn(const Suspect& suspect, int64_t samples) {
+    Suspect what = suspect;
+    std::erase_if(what.plantings, [](const Planting& p) { return !is_drawn(p); });
+    const std::string key = fmt::format("{} {} {}", name_of(what), samples, what.has_mis);
+    if (key == last_key_) return last_drawn_;
+    last_key_.clear();
+    last_drawn_ = *reference_;
+    if (!what.plantings.empty()) {
+      Scene scene = scene_;
+      Settings settings = settings_;
+      if (!what.has_mis) settings.method = Method::nee;
+      for (const Planting& p : what.plantings) plant(p.fault, scene, settings, p.number);
+      if (settings.faulty_tracer != nullptr) settings.precision = Precision::float32;
+      Film film = draw(scene, settings, samples, name_of(suspect));
+      for (const Planting& p : what.plantings) film = spoil(p.fault, film, scene, p.number);
+      settings.method = what.has_mis ? Method::mis : Method::nee;
+      const Film& healthy = base(settings, samples);
+      Film better = steadied(*reference_, film, healthy);
+      if (film.mean() == healthy.mean()) {
+        last_drawn_.reset();
+      } else {
+        const bool is_better = better.relative_error() < film.relative_error();
+        last_drawn_ = is_better ? std::move(better) : std::move(film);
+      }
+    }
+    last_key_ = key;
+    return last_drawn_;
+  }
+
+  // Judges a suspect by so many samples; returns whether it changes anything. An exposure that
+  // comes last gets the best number.
+  bool judge(Suspect& suspect, int64_t samples) {
+    const std::optional<Film>& film = drawn(suspect, samples);
+    if (!film) return false;
+    Film model = *film;
+    for (Planting& p : suspect.plantings) {
+      if (is_drawn(p)) continue;
+      if (p.fault == Fault::exposure && &p == &suspect.plantings.back()) {
+        const auto factor = yardstick_->best_factor(test_, matched(model));
+        p.number = factor.value;
+        suspect.number_error = factor.error;
+      }
+      model = spoil(p.fault, model, scene_, p.number);
+    }
+    const Picture picture = matched(model);
+    const double penalty = penalty_of(suspect);
+    const double left = yardstick_->squares(test_, picture, 1);
+    const double noise = by_neighbours_ ? 0.0 : yardstick_->noise(test_, 1);
+    suspect.blocks = yardstick_->squares(test_, picture, block_side) + penalty;
+    suspect.pixels = left + penalty;
+    suspect.explained = std::clamp(1.0 - (left - noise) / (all_ - noise), 0.0, 1.0);
+    suspect.film = std::move(model);
+    return true;
+  }
+
+  double penalty_of(const Suspect& suspect) const {
+    const auto values = static_cast<double>(test_.image.pixel(0, test_.image.height) * 3);
+    double choices = 0.0;
+    for (const Planting& p : suspect.plantings) {
+      choices += description(p.fault).numbers.empty() ? 1.0 : 2.0;
+    }
+    return choices * std::log(values);
+  }
+
+  // The best suspects, with films, the likeliest first.
+  std::vector<Suspect> look_for(std::vector<Suspect> suspects) {
+    const int64_t first = std::max(samples_ / first_part, int64_t{enough_samples});
+    std::vector<Suspect> seen;
+    tried_ += suspects.size();
+    for (Suspect& suspect : suspects) {
+      if (!judge(suspect, first)) continue;
+      seen.push_back(suspect);
+      seen.back().film.reset();
+      add_exposed(suspect, seen);
+    }
+    seen = best(std::move(seen), kept_first);
+    judge_all(seen, samples_ / second_part);
+    seen = best(std::move(seen), kept_second);
+    for (Suspect& suspect : seen) fit_numbers(suspect, samples_ / second_part);
+    judge_all(seen, samples_ / last_part);
+    for (Suspect& suspect : seen) agree(suspect);
+    rank(seen);
+    return seen;
+  }
+
+  void judge_all(std::vector<Suspect>& suspects, int64_t samples) {
+    for (Suspect& suspect : suspects) judge(suspect, samples);
+  }
+
+  // The same with another exposure, if that is better by far for blocks.
+  void add_exposed(const Suspect& suspect, std::vector<Suspect>& seen) {
+    auto exposed = both(suspect, {{{Fault::exposure}}});
+    if (!exposed || exposed->plantings.back().fault != Fault::exposure) return;
+    const auto factor = yardstick_->best_factor(test_, matched(*suspect.film));
+    exposed->plantings.back().number = factor.value;
+    exposed->blocks = factor.squares + penalty_of(*exposed);
+    exposed->pixels = std::numeric_limits<double>::infinity();  // not known yet
+    ++tried_;
+    if (exposed->blocks < suspect.blocks) seen.push_back(*exposed);
+  }
+
+  // By blocks and by pixels, so many of each, with few numbers of the same faults.
+  static std::vector<Suspect> best(std::vector<Suspect> suspects, size_t count) {
+    std::vector<Suspect> those;
+    for (const auto measure : {&Suspect::blocks, &Suspect::pixels}) {
+      std::ranges::sort(suspects, {}, measure);
+      size_t taken = 0;
+      for (const Suspect& suspect : suspects) {
+        const auto is_like = [&](const Suspect& other) { return have_same_faults(suspect, other); };
+        const auto is_known = [&](const Suspect& other) {
+          return name_of(suspect) == name_of(other) && suspect.has_mis == other.has_mis;
+        };
+        if (taken == count) break;
+        if (std::ranges::any_of(those, is_known)) {
+          ++taken;
+        } else if (std::ranges::count_if(those, is_like) < std::ptrdiff_t{shown_numbers}) {
+          ++taken;
+          those.push_back(suspect);
+        }
+      }
+    }
+    return those;
+  }
+
+  // What agrees first, then by what is left; of suspects that differ in their numbers alone the
+  // best one.
+  static void rank(std::vector<Suspect>& suspects) {
+    std::ranges::stable_sort(
+        suspects, {}, [](const Suspect& s) { return std::pair(s.agreement.is_refuted, s.pixels); });
+    std::vector<Suspect> those;
+    for (Suspect& suspect : suspects) {
+      const auto is_like = [&](const Suspect& other) { return have_same_faults(suspect, other); };
+      if (std::ranges::none_of(those, is_like)) those.push_back(std::move(suspect));
+    }
+    suspects = std::move(those);
+  }
+
+  // Finds the number of each continuous fault between those that were tried.
+  void fit_numbers(Suspect& suspect, int64_t samples) {
+    for (size_t i = 0; i < suspect.plantings.size(); ++i) {
+      const FaultDescription& row = description(suspect.plantings[i].fault);
+      const bool follows = row.fault == Fault::exposure && i + 1 == suspect.plantings.size();
+      if (!row.is_continuous || follows) continue;
+      std::vector<double> numbers = row.numbers;
+      std::ranges::sort(numbers);
+      numbers.insert(numbers.begin(), numbers.front() * numbers.front() / numbers[1]);
+      numbers.push_back(numbers.back() * numbers.back() / numbers[numbers.size() - 2]);
+      const double start = suspect.plantings[i].number.value_or(row.numbers.front());
+      const auto at = std::clamp(std::ranges::lower_bound(numbers, start) - numbers.begin(),
+                                 std::ptrdiff_t{1}, std::ssize(numbers) - 2);
+      const auto left = [&](double log) {
+        suspect.plantings[i].number = std::exp(log);
+        judge(suspect, samples);
+        return suspect.pixels;
+      };
+      constexpr int bits = 10;
+      std::uintmax_t steps = 12;
+      const auto found = boost::math::tools::brent_find_minima(
+          left, std::log(numbers[size_t(at) - 1]), std::log(numbers[size_t(at) + 1]), bits, steps);
+      suspect.plantings[i].number = std::exp(found.first);
+    }
+  }
+
+  void agree(Suspect& suspect) {
+    suspect.agreement =
+        agreement(test_, matched(*suspect.film), channels_, regions_,
+                  false_alarm / static_cast<double>(std::max<size_t>(tried_, 1)), by_neighbours_);
+  }
+
+  // Renders what agrees as well as the reference, if it is not known well enough.
+  void refine(Suspect& suspect, double tolerance) {
+    if (suspect.agreement.is_refuted || suspect.agreement.within < tolerance) return;
+    judge(suspect, samples_);
+    agree(suspect);
+  }
+
+  Scene scene_;
+  Picture& test_;
+  const std::function<void(const std::string&)>& show_;
+  const std::atomic<bool>& stop_;
+  Settings settings_{.bounces = {}};
+  int64_t samples_;
+  Regions regions_;
+  std::vector<std::string> channels_;
+  bool by_neighbours_ = false;
+  const Film* reference_ = nullptr;
+  std::optional<Yardstick> yardstick_;
+  double all_ = 0.0;  // the squared difference of picture and reference
+  size_t tried_ = 0;
+  std::map<std::pair<Method, int64_t>, Film> bases_;
+  std::string last_key_;
+  std::optional<Film> last_drawn_;
+};
+
+// A number, or the one of those usual ones that it may be.
+std::string number_text(double number, const std::vector<double>& usual, double error) {
+  constexpr double pi = std::numbers::pi;
+  for (const double known : usual) {
+    if (std::abs(number / known - 1.0) > std::max(1e-3, 3.0 * error / number)) continue;
+    for (const auto& [word, value] :
+         {std::pair("pi", pi), {"1/pi", 1 / pi}, {"4/pi", 4 / pi}, {"pi/4", pi / 4}}) {
+      if (known == value) return fmt::format("{:.4g}, {}", number, word);
+    }
+  }
+  return std::isfinite(number) ? fmt::format("{:.4g}", number) : "all";
+}
+
+}  // namespace
+
+std::string name_of(const Suspect& suspect) {
+  std::string name;
+  for (const auto& [fault, number] : suspect.plantings) {
+    const FaultDescription& row = description(fault);
+    name += fmt::format("{}`{}`", name.empty() ? "" : " and ", row.name);
+    const bool is_told = number && (fault == Fault::exposure || *number != row.numbers.front());
+    if (is_told) name += " (" + number_text(*number, row.numbers, suspect.number_error) + ")";
+  }
+  return name + (suspect.has_mis ? "" : " without MIS");
+}
+
+std::optional<Diagnosis> diagnose(const Scene& scene, Picture& test, double tolerance,
+                                  const std::function<void(const std::string&)>& show,
+                                  const std::atomic<bool>& stop) {
+  try {
+    return Search(scene, test, show, stop).run(tolerance);
+  } catch (const Stopped&) {
+    return {};
+  }
+}
+
+}  // namespace plumb::cli

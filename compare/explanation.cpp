@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "compare/explanation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "compare/report.h"
+#include "compare/sums.h"
+
+namespace plumb {
+namespace {
+
+Window whole(const Picture& picture) { return {0, 0, picture.image.width, picture.image.height}; }
+
+double difference(const Picture& a, const Picture& b, int x, int y, size_t channel) {
+  const size_t pixel = a.image.pixel(x, y);
+  return a.value(pixel, channel) - b.value(pixel, channel);
+}
+
+size_t count_blocks(const Window& w) {
+  const auto count = [](int pixels) { return (pixels + block_side - 1) / block_side; };
+  return static_cast<size_t>(count(w.width)) * static_cast<size_t>(count(w.height));
+}
+
+}  // namespace
+
+void tell_noise_by_neighbours(Picture& test, const Picture& reference) {
+  const Window all = whole(test);
+  const size_t stride = test.image.channels.size();
+  std::vector<float> variances(test.image.values.size());
+  for (size_t block = 0; block < count_blocks(all); ++block) {
+    const Window w = block_window(all, static_cast<int>(block));
+    for (size_t c = 0; c < test.channel_count(); ++c) {
+      const auto at = [&](int x, int y) { return difference(test, reference, x, y, c); };
+      double sum = 0.0, count = 0.0;
+      for_each_pixel({w.x, w.y, w.width - 1, w.height - 1}, [&](int x, int y) {
+        sum += std::pow(at(x, y) - at(x + 1, y) - at(x, y + 1) + at(x + 1, y + 1), 2.0) / 4.0;
+        ++count;
+      });
+      for_each_pixel(w, [&](int x, int y) {
+        variances[test.image.pixel(x, y) * stride + test.value_channels[c]] =
+            static_cast<float>(sum / std::max(count, 1.0));
+      });
+    }
+  }
+  test.file_variances = std::move(variances);
+  test.variance_channels.assign(test.value_channels.begin(), test.value_channels.end());
+  test.degrees_of_freedom = block_side * block_side;
+}
+
+Yardstick::Yardstick(const Picture& test, const Picture& reference)
+    : channels_(test.channel_count()), window_(whole(test)) {
+  const Sums sums = add_up(test, reference, window_, {});
+  double typical = 0.0;
+  for (size_t c = 0; c < channels_; ++c) {
+    std::vector<double> means;
+    for (const Pool& pool : sums.blocks_of(c)) means.push_back(pool.mean_reference());
+    typical += median(means) / static_cast<double>(channels_);
+  }
+  for (size_t i = 0; i < sums.blocks.size(); ++i) {
+    const Pool& pool = sums.blocks[i];
+    if (i % (channels_ + 1) == channels_) continue;
+    variances_.push_back((pool.test_variance + pool.reference_variance) / pool.pixels);
+    const double size = std::max(std::abs(pool.mean_reference()), 0.1 * typical) + 1e-6;
+    squares_.push_back(std::pow(tolerated * size, 2.0));
+  }
+}
+
+double Yardstick::weight(size_t block, size_t channel, double pixels) const {
+  const size_t i = block * channels_ + channel;
+  return 1.0 / (variances_[i] / pixels + squares_[i]);
+}
+
+// Calls `use` with the weight, the averages of a and b, and the variances of these.
+template <typename Use>
+void Yardstick::for_each_average(const Picture& a, const Picture& b, int side, Use use) const {
+  for (size_t block = 0; block < count_blocks(window_); ++block) {
+    const Window w = block_window(window_, static_cast<int>(block));
+    for (int y = w.y; y < w.y + w.height; y += side) {
+      for (int x = w.x; x < w.x + w.width; x += side) {
+        const Window square{x, y, std::min(side, w.x + w.width - x),
+                            std::min(side, w.y + w.height - y)};
+        const double n = square.width * square.height;
+        for (size_t c = 0; c < channels_; ++c) {
+          PixelPair sum;
+          for_each_pixel(square, [&](int u, int v) {
+            const PixelPair pair = pixel_pair(a, b, a.image.pixel(u, v), c);
+            sum.test += pair.test;
+            sum.reference += pair.reference;
+            sum.test_variance += pair.test_variance;
+            sum.reference_variance += pair.reference_variance;
+          });
+          use(weight(block, c, n),
+              PixelPair{sum.test / n, sum.reference / n, sum.test_variance / (n * n),
+                        sum.reference_variance / (n * n)});
+        }
+      }
+    }
+  }
+}
+
+double Yardstick::squares(const Picture& test, const Picture& model, int side) const {
+  double sum = 0.0;
+  for_each_average(test, model, side, [&](double weight, const PixelPair& pair) {
+    sum += weight * (std::pow(pair.difference(), 2.0) - pair.reference_variance);
+  });
+  return sum;
+}
+
+double Yardstick::noise(const Picture& test, int side) const {
+  double sum = 0.0;
+  for_each_average(test, test, side, [&](double weight, const PixelPair& pair) {
+    sum += weight * pair.test_variance;
+  });
+  return sum;
+}
+
+Yardstick::Factor Yardstick::best_factor(const Picture& test, const Picture& model) const {
+  double of_test = 0.0, product = 0.0, of_model = 0.0;
+  for_each_average(test, model, block_side, [&](double weight, const PixelPair& pair) {
+    of_test += weight * pair.test * pair.test;
+    product += weight * pair.test * pair.reference;
+    of_model += weight * (pair.reference * pair.reference - pair.reference_variance);
+  });
+  if (product <= 0.0 || of_model <= 0.0) return {.squares = of_test};
+  return {product / of_model, 1.0 / std::sqrt(of_model), of_test - product * product / of_model};
+}
+
+Agreement agreement(const Picture& test, const Picture& model,
+                    const std::vector<std::string>& channels, const Regions& regions,
+                    double false_alarm, bool by_neighbours) {
+  Judgement judgement{.tolerance = {0.0}, .false_alarm = false_alarm};
+  if (by_neighbours) judgement.max_outliers = {1.0};
+  const Comparison comparison = compare(test, model, channels, whole(test), regions, judgement);
+  Agreement result{.is_refuted = comparison.verdict == Verdict::different};
+  for (const auto* findings : {&comparison.image, &comparison.regions}) {
+    for (const Finding& f : *findings) {
+      const double most = std::abs(f.estimate.difference) + f.estimate.margin;
+      if (f.scale > 0.0) result.within = std::max(result.within, most / f.scale);
+    }
+  }
+  if (result.is_refuted) result.rest = clearest_difference(comparison);
+  return result;
+}
+
+double shared_noise(const Picture& test, const Picture& model) {
+  constexpr int far = 4;
+  std::vector<double> near_differences, far_differences;
+  for (size_t c = 0; c < test.averaged; ++c) {
+    for_each_pixel({0, 0, test.image.width - far, test.image.height - far}, [&](int x, int y) {
+      const double here = difference(test, model, x, y, c);
+      for (const auto& [step, all] : {std::pair(1, &near_differences), {far, &far_differences}}) {
+        all->push_back(std::abs(difference(test, model, x + step, y, c) - here));
+        all->push_back(std::abs(difference(test, model, x, y + step, c) - here));
+      }
+    });
+  }
+  const double away = median(std::move(far_differences));
+  if (away == 0.0) return 0.0;
+  return std::max(0.0, 1.0 - std::pow(median(std::move(near_differences)) / away, 2.0));
+}
+
+}  // namespace plumb

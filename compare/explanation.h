@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// Tells how much of what a picture differs from its reference a model of it explains: a picture of
+// what a suspected mistake would show.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "compare/comparison.h"
+
+namespace plumb {
+
+// Gives a picture that does not tell its noise what its neighbouring pixels do: in each block of a
+// channel the mean square of second differences, along x and y, of `test` minus `reference`. Of
+// independent noise that is four times its variance (Immerkaer, "Fast noise variance estimation",
+// Computer Vision and Image Understanding 64(2), 1996, with a smaller mask); what differs at edges
+// adds to it. Both are matched.
+void tell_noise_by_neighbours(Picture& test, const Picture& reference);
+
+// Sums of squared differences, in units of the noise.
+class Yardstick {
+ public:
+  // Of the two variances together in each block and channel. What a model may be off beside its
+  // noise, as a part of the reference, is added to them: `tolerated`. Both are matched.
+  Yardstick(const Picture& test, const Picture& reference);
+
+  // The sum over squares of `side` pixels, a divisor of block_side, and over channels of (test -
+  // model)^2 / variance, for the averages over each; less what the model's own noise adds on
+  // average. For a model without noise that explains everything, and a test that tells its noise,
+  // it is the number of averages, but for the part of the variance that is not noise.
+  double squares(const Picture& test, const Picture& model, int side) const;
+
+  // What of that is the noise of the test; 0 where that is not known for certain.
+  double noise(const Picture& test, int side) const;
+
+  // The factor of the model's values that makes squares() of whole blocks smallest, its standard
+  // error, and those squares.
+  struct Factor {
+    double value = 1, error = 0, squares = 0;
+  };
+  Factor best_factor(const Picture& test, const Picture& model) const;
+
+  static constexpr double tolerated = 1e-3;
+
+ private:
+  // The weight of the average over so many pixels of a block.
+  double weight(size_t block, size_t channel, double pixels) const;
+  template <typename Use>
+  void for_each_average(const Picture& a, const Picture& b, int side, Use use) const;
+
+  size_t channels_;
+  Window window_;
+  std::vector<double> variances_, squares_;  // per pixel; of what is tolerated, per average
+};
+
+// What compare() says of a model, at tolerance 0.
+struct Agreement {
+  bool is_refuted = false;  // they differ by more than noise
+  // The averages over the image and all regions surely differ by no more, as a part of what is
+  // judged (see Amount).
+  double within = 0;
+  std::string rest;  // the clearest difference, if it is refuted
+};
+
+// `by_neighbours` says that the test's noise is as those tell: then no single pixel counts.
+Agreement agreement(const Picture& test, const Picture& model,
+                    const std::vector<std::string>& channels, const Regions& regions,
+                    double false_alarm, bool by_neighbours);
+
+// How alike the noise of neighbouring pixels is, from 0, if it is independent, to 1; both are
+// matched. The differences between pixels that touch are held against those between pixels that are
+// four apart, of `test` minus `model`, by their medians: edges and slow changes hardly count.
+double shared_noise(const Picture& test, const Picture& model);
+
+}  // namespace plumb

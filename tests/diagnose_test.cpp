@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// What may be relied on when a picture is diagnosed: the set-ups are what they say, the statistics
+// hold on pictures made of numbers, and `plumb diagnose` names what was planted and nothing else.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <random>
+#include <set>
+#include <sstream>
+
+#include "compare/explanation.h"
+#include "faults/faults.h"
+#include "scene_files/scene_reader.h"
+#include "tests/plumb_command.h"
+#include "tests/test_scenes.h"
+
+namespace plumb::test {
+namespace {
+
+constexpr int side = 16;
+
+Scene small(const std::string& name) {
+  Scene scene = read_scene(std::string(PLUMB_SCENES "/") + name + "/scene.xml");
+  scene.camera.width = scene.camera.height = side;
+  return scene;
+}
+
+Film film_of(Scene scene, Fault fault, std::optional<double> number = {}) {
+  Settings settings{.seed = 1, .bounces = {}};
+  plant(fault, scene, settings, number);
+  return spoil(fault, render_film(scene, settings, {0, 16}), scene, number);
+}
+
+// Set-ups
+
+TEST(SetUps, ChangeThePictureButWhereTheyCantBeSeen) {
+  // The scenes are square, each has walls that turn one side to the room, and one lamp.
+  const std::vector<Fault> unseen{Fault::fov_axis, Fault::one_sided_walls, Fault::two_sided_walls};
+  const Scene seed = small("seed");
+  const Scene cornell = small("cornell");
+  for (const FaultDescription& row : faults()) {
+    if (!row.is_set_up) continue;
+    const Scene& scene = row.fault == Fault::other_diagonal ? cornell : seed;
+    const bool is_seen = std::ranges::count(unseen, row.fault) == 0;
+    EXPECT_EQ(film_of(scene, row.fault).mean() != film_of(scene, Fault::none).mean(), is_seen)
+        << row.name;
+  }
+  Scene wide = seed;
+  wide.camera.height /= 2;
+  EXPECT_NE(film_of(wide, Fault::fov_axis).mean(), film_of(wide, Fault::none).mean());
+}
+
+TEST(SetUps, TurnedTwiceArePicturesAsBefore) {
+  const Scene scene = small("seed");
+  const Film film = film_of(scene, Fault::none);
+  for (const Fault fault : {Fault::flipped, Fault::mirrored}) {
+    const Film once = spoil(fault, film, scene);
+    EXPECT_NE(once.mean(), film.mean());
+    EXPECT_EQ(spoil(fault, once, scene).mean(), film.mean());
+  }
+  const std::vector<float> before = film.mean(), after = film_of(scene, Fault::flipped).mean();
+  EXPECT_EQ(after[0], before[size_t{side} * (side - 1) * 3]);
+}
+
+// White is R = G = B in all of them; what is the same everywhere stays so.
+TEST(SetUps, KeepWhatTheyShould) {
+  const Scene scene = small("seed");
+  Film grey(side, side);
+  grey.add_mean(0, 1, std::vector<float>(size_t{side} * side * 3, 0.5F));
+  for (const Fault fault :
+       {Fault::rec2020_primaries, Fault::p3_primaries, Fault::acescg_primaries,
+        Fault::mitchell_filter, Fault::blurred, Fault::smeared, Fault::denoised, Fault::clipped}) {
+    for (const float value : spoil(fault, grey, scene).mean()) EXPECT_NEAR(value, 0.5F, 1e-4);
+  }
+}
+
+// The codes of 0.5 are 188 of sRGB and 186 of gamma 2.2.
+TEST(SetUps, EncodeThePictureAndNotItsReplicates) {
+  const Scene scene = small("seed");
+  Film film(side, side);
+  film.add_mean(0, 1, std::vector<float>(size_t{side} * side * 3, 0.2F));
+  film.add_mean(1, 1, std::vector<float>(size_t{side} * side * 3, 0.8F));
+  for (const auto& [fault, code] :
+       {std::pair{Fault::srgb_encoded, 187.5F}, {Fault::gamma_encoded, 186.1F}}) {
+    const Film encoded = spoil(fault, film, scene);
+    EXPECT_NEAR(encoded.mean()[0] * 255.0F, code, 0.1F);
+    EXPECT_GT(encoded.variance()[0], 0.0F);
+  }
+}
+
+// The lamps are dimmed, and the picture is brightened by as much.
+TEST(SetUps, ClampAtTheirLevel) {
+  const Scene scene = small("seed");
+  const std::vector<float> healthy = film_of(scene, Fault::none).mean();
+  const std::vector<float> high = film_of(scene, Fault::clamp_indirect, 1024.0).mean();
+  const std::vector<float> low = film_of(scene, Fault::clamp_indirect, 0.125).mean();
+  double lost = 0.0;
+  for (size_t i = 0; i < healthy.size(); ++i) {
+    EXPECT_NEAR(high[i], healthy[i], 1e-3 * double{healthy[i]});  // rounding
+    lost += double{healthy[i]} - double{low[i]};
+  }
+  EXPECT_GT(lost, 0.0);
+}
+
+TEST(SetUps, SplitAQuadAlongItsOtherDiagonal) {
+  Scene scene;
+  const Vec3 a(0, 0, 0), b(1, 0, 0), c(1, 1, 0), d(0, 1, 1);
+  scene.shapes = {{"quad", Mesh{{{a, b, c}}, {{a, c, d}}}, diffuse(0.5)}};
+  Settings settings{.bounces = {}};
+  plant(Fault::other_diagonal, scene, settings);
+  const Mesh& mesh = std::get<Mesh>(scene.shapes[0].geometry);
+  EXPECT_EQ(mesh[0].corners, (std::vector{a, b, d}));
+  EXPECT_EQ(mesh[1].corners, (std::vector{b, c, d}));
+}
+
+// The table
+
+TEST(FaultTable, NamesEachFaultOnce) {
+  std::set<std::string> names;
+  for (const FaultDescription& row : faults()) {
+    EXPECT_TRUE(names.insert(row.name).second) << row.name;
+    EXPECT_EQ(&description(row.fault), &row);
+    for (const std::string* text : {&row.text, &row.made, &row.met, &row.shows}) {
+      EXPECT_FALSE(text->empty()) << row.name;
+    }
+  }
+}
+
+// Pictures of numbers
+
+constexpr int large = 64;
+
+// Of 1 plus what `change` says, with independent normal noise of this deviation.
+Picture numbers(
+    uint64_t seed, double deviation,
+    const std::function<double(int, int)>& change = [](int, int) { return 0.0; }) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  Picture picture{"test", {large, large, {"R", "G", "B"}, {}, {}}, {}, {}, {}};
+  for_each_pixel({0, 0, large, large}, [&](int x, int y) {
+    for (int c = 0; c < 3; ++c) {
+      picture.image.values.push_back(
+          static_cast<float>(1.0 + change(x, y) + deviation * noise(random)));
+    }
+  });
+  return picture;
+}
+
+// The mean square of 64 * 64 * 3 second differences scatters by 2 % of itself, each block's by 15
+// %.
+TEST(Explanation, KnowsNoiseByNeighboursBesideASlope) {
+  Picture test = numbers(1, 0.1, [](int x, int y) { return 0.02 * x - 0.01 * y; });
+  Picture reference = numbers(2, 0.0);
+  match(test, reference, {"R", "G", "B"}, false);
+  tell_noise_by_neighbours(test, reference);
+  double sum = 0.0;
+  for (const float variance : test.file_variances) sum += double{variance};
+  EXPECT_NEAR(sum / double(test.file_variances.size()), 0.01, 5 * 0.0002);
+}
+
+TEST(Explanation, KnowsAFactor) {
+  Picture test = numbers(1, 0.1, [](int x, int) { return 0.27 + 0.01 * 1.27 * x; });
+  Picture model = numbers(2, 0.0, [](int x, int) { return 0.01 * x; });
+  match(test, model, {"R", "G", "B"}, false);
+  tell_noise_by_neighbours(test, model);
+  const auto factor = Yardstick(test, model).best_factor(test, model);
+  EXPECT_NEAR(factor.value, 1.27, 5 * factor.error);
+  EXPECT_LT(factor.error, 1e-3);  // 0.1 / 1.3 in each of 12,288 values
+}
+
+TEST(Explanation, SeesSharedNoiseThroughAChange) {
+  const auto wave = [](int x, int y) { return 0.2 * std::sin(0.1 * x) * std::cos(0.1 * y); };
+  Picture test = numbers(1, 0.1, wave), model = numbers(2, 0.0);
+  match(test, model, {"R", "G", "B"}, false);
+  EXPECT_LT(shared_noise(test, model), 0.1);
+  Image& image = test.image;
+  for (size_t i = 0; i + 3 < image.values.size(); ++i) {
+    image.values[i] = (image.values[i] + image.values[i + 3]) / 2.0F;
+  }
+  EXPECT_GT(shared_noise(test, model), 0.2);
+}
+
+TEST(Explanation, LeavesAsMuchAsNoiseOfWhatIsExplained) {
+  const auto change = [](int x, int) { return x < 20 ? 0.1 : 0.0; };
+  Picture test = numbers(1, 0.1, change), reference = numbers(2, 0.0),
+          model = numbers(3, 0.0, change);
+  match(test, reference, {"R", "G", "B"}, false);
+  match(test, model, {"R", "G", "B"}, false);
+  tell_noise_by_neighbours(test, model);
+  const Yardstick yardstick(test, reference);
+  for (const int cell : {1, 8}) {
+    const double values = 3.0 * large * large / cell / cell;
+    EXPECT_NEAR(yardstick.squares(test, model, cell), values, 5 * std::sqrt(2 * values));
+    EXPECT_NEAR(yardstick.noise(test, cell), values, 5 * std::sqrt(2 * values));
+    EXPECT_GT(yardstick.squares(test, reference, cell), values + 10 * std::sqrt(2 * values));
+  }
+}
+
+// The command
+
+class Diagnose : public PlumbCommand {
+ protected:
+  Result diagnose(const std::string& arguments) const { return plumb("diagnose " + arguments); }
+
+  void render(const std::string& arguments) const {
+    const Result result =
+        plumb("render " + cornell + " --size 32x32 --spp 1024 --seed 5 -o test.exr " + arguments);
+    ASSERT_EQ(result.exit_code, 0) << result.output;
+  }
+
+  const std::string cornell = PLUMB_SCENES "/cornell/scene.xml";
+};
+
+TEST_F(Diagnose, SaysNothingOfARightPicture) {
+  render("");
+  const Result result = diagnose("test.exr " + cornell + " --tolerance 20%");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(contains(result.output, "same as the reference, to ")) << result.output;
+  EXPECT_TRUE(contains(result.output, "nothing to diagnose")) << result.output;
+  const Result strict = diagnose("test.exr " + cornell + " --tolerance 0.01%");
+  EXPECT_EQ(strict.exit_code, 3) << strict.output;
+  EXPECT_TRUE(contains(strict.output, "inconclusive: no difference")) << strict.output;
+}
+
+TEST_F(Diagnose, NamesWhatIsWrong) {
+  for (const auto& [made, name] :
+       {std::pair{"--fault five-bounces", "`five-bounces`"},
+        {"--bounces 0:2", "`five-bounces` (2)"},
+        {"--fault gamma-reflectance", "`gamma-reflectance`"},
+        {"--fault exposure", "`exposure` (3.14"},
+        {"--bounces 0:3 --fault mirrored", "`five-bounces` (3) and `mirrored`"}}) {
+    render(made);
+    const Result result = diagnose("test.exr " + cornell + " --tolerance 20%");
+    EXPECT_EQ(result.exit_code, 1) << made << result.output;
+    EXPECT_TRUE(contains(result.output, std::string("same as the reference with ") + name))
+        << made << result.output;
+  }
+}
+
+// A picture that tells nothing of itself, of a scene that no table knows.
+TEST_F(Diagnose, CallsTheUnknownUnknown) {
+  std::ifstream file(PLUMB_SCENES "/seed/scene.xml");
+  std::stringstream text;
+  text << file.rdbuf();
+  std::string other = text.str();
+  other.replace(other.find("x=\"142\""), 7, "x=\"200\"");  // the matte sphere
+  std::ofstream(folder / "other.xml") << other;
+  plumb("render other.xml --size 32x32 --spp 1024 --seed 5 -o test.exr");
+  const Result result = diagnose("test.exr " PLUMB_SCENES "/seed/scene.xml -o why");
+  EXPECT_EQ(result.exit_code, 1) << result.output;
+  EXPECT_TRUE(contains(result.output, "none of these")) << result.output;
+  EXPECT_TRUE(contains(result.output, "another version of the scene")) << result.output;
+  for (const char* name : {"difference.png", "suspect.png", "rest.png"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder / "why" / name)) << name;
+  }
+}
+
+TEST_F(Diagnose, RefusesWhatIsNoPicture) {
+  std::ofstream(folder / "empty.exr") << "";
+  for (const std::string picture : {"missing.exr", "empty.exr"}) {
+    EXPECT_EQ(diagnose(picture + " " + cornell).exit_code, 2);
+  }
+}
+
+// `make faults` writes the tables.
+TEST_F(Diagnose, ListOfFaultsIsThatOfTheDocument) {
+  std::ifstream file(PLUMB_SCENES "/../docs/faults.md");
+  std::stringstream document;
+  document << file.rdbuf();
+  const Result list = plumb("faults");
+  EXPECT_EQ(list.exit_code, 0);
+  EXPECT_TRUE(contains(document.str(), list.output));
+}
+
+}  // namespace
+}  // namespace plumb::test
