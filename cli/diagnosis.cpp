@@ -25,12 +25,15 @@ constexpr double false_alarm = 1e-3;
 constexpr uint32_t usual_seed = 0x706c6d62;  // hardly anybody's
 
 // Samples of all pixels of the reference: some seconds.
-constexpr int64_t affordable_samples = int64_t{1} << 26;
+constexpr int64_t affordable_samples = int64_t{1} << 25;
 
 // The first look takes a part of the reference's samples, at least `enough_samples`; the best
 // suspects get more in two steps, and as many as the reference what is claimed.
-constexpr int64_t first_part = 64, second_part = 16, last_part = 4;
-constexpr size_t kept_first = 10, kept_second = 4, shown_numbers = 3;
+constexpr int64_t first_part = 32, second_part = 16, last_part = 4;
+constexpr size_t kept_first = 6, kept_second = 3, kept_numbers = 3;
+
+// Suspects whose squares are above the best one's by so many of their standard deviations are out.
+constexpr double out = 5.0;
 
 // A second thing is looked for where the first explains so much.
 constexpr double worth_a_pair = 0.1;
@@ -53,7 +56,7 @@ Film steadied(const Film& reference, const Film& drawn, const Film& base) {
   return sum;
 }
 
-// The usual one first, without twins of what a scene lacks.
+// Each row of the table, with its usual number.
 std::vector<Suspect> all_suspects(const Scene& scene) {
   const bool has_glass = std::ranges::any_of(
       scene.shapes, [](const Shape& shape) { return shape.bsdf.kind == Bsdf::Kind::dielectric; });
@@ -65,11 +68,7 @@ std::vector<Suspect> all_suspects(const Scene& scene) {
   for (const FaultDescription& row : faults()) {
     if (row.is_of_glass && !has_glass) continue;
     suspects.push_back({{{row.fault}}});
-    if (row.fault == Fault::exposure) continue;  // its number follows
     if (samples_lamps(row.fault)) suspects.push_back({{{row.fault}}, false});
-    for (size_t i = 1; i < row.numbers.size(); ++i) {
-      suspects.push_back({{{row.fault, row.numbers[i]}}});
-    }
   }
   return suspects;
 }
@@ -102,6 +101,7 @@ class Search {
     const auto pixels = static_cast<uint64_t>(test.image.pixel(0, test.image.height));
     samples_ = std::clamp<int64_t>(
         static_cast<int64_t>(std::bit_floor(uint64_t{affordable_samples} / pixels)), 64, 16384);
+    values_ = 3.0 * static_cast<double>(pixels);
     settings_.bounces = scene.request.bounces;
     settings_.precision = fitting_precision(scene);
     settings_.seed = usual_seed + (test.image.provenance.seed == int{usual_seed} ? 2 : 0);
@@ -121,14 +121,20 @@ class Search {
     result.healthy = agreement(test_, healthy, channels_, regions_, false_alarm, by_neighbours_);
     if (!result.healthy.is_refuted) return result;
     yardstick_.emplace(test_, healthy);
-    all_ = yardstick_->squares(test_, healthy, 1);
+    choose_side(healthy);
     result.suspects = look_for(all_suspects(scene_));
     if (result.suspects.empty()) return result;
     const bool is_explained = !result.suspects.front().agreement.is_refuted;
     if (!is_explained && result.suspects.front().explained > worth_a_pair) {
+      Suspect first = result.suspects.front();
+      for (Planting& p : first.plantings) {  // whose numbers stay
+        if (const auto& numbers = description(p.fault).numbers; !numbers.empty()) {
+          p.number = p.number.value_or(numbers.front());
+        }
+      }
       std::vector<Suspect> pairs;
       for (const Suspect& second : all_suspects(scene_)) {
-        if (auto pair = both(result.suspects.front(), second)) pairs.push_back(*pair);
+        if (auto pair = both(first, second)) pairs.push_back(*pair);
       }
       for (Suspect& pair : look_for(std::move(pairs))) result.suspects.push_back(std::move(pair));
       rank(result.suspects);
@@ -215,47 +221,105 @@ class Search {
     }
     const Picture picture = matched(model);
     const double penalty = penalty_of(suspect);
-    const double left = yardstick_->squares(test_, picture, 1);
-    const double noise = by_neighbours_ ? 0.0 : yardstick_->noise(test_, 1);
     suspect.blocks = yardstick_->squares(test_, picture, block_side) + penalty;
-    suspect.pixels = left + penalty;
-    suspect.explained = std::clamp(1.0 - (left - noise) / (all_ - noise), 0.0, 1.0);
+    suspect.pixels = yardstick_->squares(test_, picture, 1) + penalty;
+    const double left = (side_ == 1 ? suspect.pixels : suspect.blocks) - penalty - noise_;
+    suspect.explained = std::clamp(1.0 - left / all_, 0.0, 1.0);
     suspect.film = std::move(model);
     return true;
   }
 
+  // Blocks or pixels, whichever shows the difference more clearly: a slow change is lost in the
+  // noise of pixels, and an edge in the middle of a block.
+  void choose_side(const Picture& healthy) {
+    double clearest = 0.0;
+    for (const int side : {block_side, 1}) {
+      const double noise = by_neighbours_ ? 0.0 : yardstick_->noise(test_, side);
+      const double all = yardstick_->squares(test_, healthy, side) - noise;
+      const double clear = all / deviation(side);
+      if (clear <= clearest) continue;
+      clearest = clear;
+      side_ = side;
+      noise_ = noise;
+      all_ = all;
+    }
+  }
+
+  // Of squares that are noise.
+  double deviation(int side) const { return std::sqrt(2.0 * values_) / side; }
+
   double penalty_of(const Suspect& suspect) const {
-    const auto values = static_cast<double>(test_.image.pixel(0, test_.image.height) * 3);
     double choices = 0.0;
     for (const Planting& p : suspect.plantings) {
       choices += description(p.fault).numbers.empty() ? 1.0 : 2.0;
     }
-    return choices * std::log(values);
+    return choices * std::log(values_);
   }
 
   // The best suspects, with films, the likeliest first.
   std::vector<Suspect> look_for(std::vector<Suspect> suspects) {
-    const int64_t first = std::max(samples_ / first_part, int64_t{enough_samples});
+    const int64_t first = std::max(samples_ / first_part, static_cast<int64_t>(enough_samples));
     std::vector<Suspect> seen;
-    tried_ += suspects.size();
-    for (Suspect& suspect : suspects) {
-      if (!judge(suspect, first)) continue;
-      seen.push_back(suspect);
-      seen.back().film.reset();
-      add_exposed(suspect, seen);
+    for (const Suspect& suspect : suspects) {
+      if (!look(suspect, first, seen)) continue;
+      for (size_t i = 0; i < suspect.plantings.size(); ++i) {
+        if (!suspect.plantings[i].number) try_numbers(suspect, i, first, seen);
+      }
     }
+    if (seen.empty()) return seen;
     seen = best(std::move(seen), kept_first);
     judge_all(seen, samples_ / second_part);
     seen = best(std::move(seen), kept_second);
-    for (Suspect& suspect : seen) fit_numbers(suspect, samples_ / second_part);
+    fit_numbers(*std::ranges::min_element(seen, {}, measure()), samples_ / second_part);
     judge_all(seen, samples_ / last_part);
     for (Suspect& suspect : seen) agree(suspect);
     rank(seen);
     return seen;
   }
 
+  double Suspect::*measure() const { return side_ == 1 ? &Suspect::pixels : &Suspect::blocks; }
+
   void judge_all(std::vector<Suspect>& suspects, int64_t samples) {
     for (Suspect& suspect : suspects) judge(suspect, samples);
+  }
+
+  bool look(Suspect suspect, int64_t samples, std::vector<Suspect>& seen) {
+    ++tried_;
+    if (!judge(suspect, samples)) return false;
+    add_exposed(suspect, seen);
+    suspect.film.reset();
+    seen.push_back(std::move(suspect));
+    return true;
+  }
+
+  // Of the planting with this index: on from the usual one to both sides as long as blocks become
+  // better, if they are ordered; else all.
+  void try_numbers(const Suspect& usual, size_t index, int64_t samples,
+                   std::vector<Suspect>& seen) {
+    const FaultDescription& row = description(usual.plantings[index].fault);
+    if (row.numbers.size() < 2 || row.fault == Fault::exposure) return;
+    const auto blocks_with = [&](double number) {
+      Suspect other = usual;
+      other.plantings[index].number = number;
+      if (!look(std::move(other), samples, seen)) return std::numeric_limits<double>::infinity();
+      return seen.back().blocks;
+    };
+    const double at_usual = seen.back().blocks;
+    std::vector<double> numbers = row.numbers;
+    if (!row.has_order()) {
+      for (size_t i = 1; i < numbers.size() && std::isfinite(blocks_with(numbers[i]));) ++i;
+      return;
+    }
+    std::ranges::sort(numbers);
+    const auto start = std::ranges::find(numbers, row.numbers.front()) - numbers.begin();
+    for (const int step : {-1, 1}) {
+      double before = at_usual;
+      for (auto i = start + step; i >= 0 && i < std::ssize(numbers); i += step) {
+        const double blocks = blocks_with(numbers[static_cast<size_t>(i)]);
+        if (!(blocks < before)) break;
+        before = blocks;
+      }
+    }
   }
 
   // The same with another exposure, if that is better by far for blocks.
@@ -270,38 +334,47 @@ class Search {
     if (exposed->blocks < suspect.blocks) seen.push_back(*exposed);
   }
 
-  // By blocks and by pixels, so many of each, with few numbers of the same faults.
-  static std::vector<Suspect> best(std::vector<Suspect> suspects, size_t count) {
+  // By blocks and by pixels, so many of each, with few numbers of the same faults, and of what is
+  // out at most one.
+  std::vector<Suspect> best(std::vector<Suspect> suspects, size_t count) const {
     std::vector<Suspect> those;
-    for (const auto measure : {&Suspect::blocks, &Suspect::pixels}) {
-      std::ranges::sort(suspects, {}, measure);
+    for (const int side : {block_side, 1}) {
+      const auto by = side == 1 ? &Suspect::pixels : &Suspect::blocks;
+      std::ranges::sort(suspects, {}, by);
+      const double most = suspects.empty() ? 0.0 : suspects.front().*by + out * deviation(side);
       size_t taken = 0;
       for (const Suspect& suspect : suspects) {
+        if (taken == count || (taken > 1 && suspect.*by > most)) break;
         const auto is_like = [&](const Suspect& other) { return have_same_faults(suspect, other); };
         const auto is_known = [&](const Suspect& other) {
-          return name_of(suspect) == name_of(other) && suspect.has_mis == other.has_mis;
+          return name_of(suspect) == name_of(other);
         };
-        if (taken == count) break;
-        if (std::ranges::any_of(those, is_known)) {
-          ++taken;
-        } else if (std::ranges::count_if(those, is_like) < std::ptrdiff_t{shown_numbers}) {
-          ++taken;
-          those.push_back(suspect);
+        const bool is_new = std::ranges::none_of(those, is_known);
+        if (is_new && std::ranges::count_if(those, is_like) >= std::ptrdiff_t{kept_numbers}) {
+          continue;
         }
+        ++taken;
+        if (is_new) those.push_back(suspect);
       }
     }
     return those;
   }
 
-  // What agrees first, then by what is left; of suspects that differ in their numbers alone the
-  // best one.
-  static void rank(std::vector<Suspect>& suspects) {
-    std::ranges::stable_sort(
-        suspects, {}, [](const Suspect& s) { return std::pair(s.agreement.is_refuted, s.pixels); });
+  // What agrees first, then by what is left. Of suspects that differ in their numbers alone the
+  // best one stays, and nothing that adds to one that agrees.
+  void rank(std::vector<Suspect>& suspects) const {
+    std::ranges::stable_sort(suspects, {}, [by = measure()](const Suspect& s) {
+      return std::pair(s.agreement.is_refuted, s.*by);
+    });
     std::vector<Suspect> those;
     for (Suspect& suspect : suspects) {
-      const auto is_like = [&](const Suspect& other) { return have_same_faults(suspect, other); };
-      if (std::ranges::none_of(those, is_like)) those.push_back(std::move(suspect));
+      const auto makes_idle = [&](const Suspect& better) {
+        return have_same_faults(suspect, better) ||
+               (!better.agreement.is_refuted &&
+                std::ranges::includes(suspect.plantings, better.plantings, {}, &Planting::fault,
+                                      &Planting::fault));
+      };
+      if (std::ranges::none_of(those, makes_idle)) those.push_back(std::move(suspect));
     }
     suspects = std::move(those);
   }
@@ -322,7 +395,7 @@ class Search {
       const auto left = [&](double log) {
         suspect.plantings[i].number = std::exp(log);
         judge(suspect, samples);
-        return suspect.pixels;
+        return suspect.*measure();
       };
       constexpr int bits = 10;
       std::uintmax_t steps = 12;
@@ -356,7 +429,10 @@ class Search {
   bool by_neighbours_ = false;
   const Film* reference_ = nullptr;
   std::optional<Yardstick> yardstick_;
-  double all_ = 0.0;  // the squared difference of picture and reference
+  double values_ = 0.0;  // how many the picture has
+  int side_ = 1;         // of what is measured
+  // The squared difference of picture and reference without the noise of either, and the noise.
+  double all_ = 0.0, noise_ = 0.0;
   size_t tried_ = 0;
   std::map<std::pair<Method, int64_t>, Film> bases_;
   std::string last_key_;

@@ -130,10 +130,13 @@ Yardstick::Factor Yardstick::best_factor(const Picture& test, const Picture& mod
 Agreement agreement(const Picture& test, const Picture& model,
                     const std::vector<std::string>& channels, const Regions& regions,
                     double false_alarm, bool by_neighbours) {
-  Judgement judgement{.tolerance = {0.0}, .false_alarm = false_alarm};
+  Judgement judgement;
+  judgement.tolerance.value = 0.0;
+  judgement.false_alarm = false_alarm;
   if (by_neighbours) judgement.max_outliers = {1.0};
   const Comparison comparison = compare(test, model, channels, whole(test), regions, judgement);
-  Agreement result{.is_refuted = comparison.verdict == Verdict::different};
+  Agreement result;
+  result.is_refuted = comparison.verdict == Verdict::different;
   for (const auto* findings : {&comparison.image, &comparison.regions}) {
     for (const Finding& f : *findings) {
       const double most = std::abs(f.estimate.difference) + f.estimate.margin;

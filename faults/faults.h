@@ -82,6 +82,7 @@ struct FaultDescription {
   // continuous, the best one may lie between two of them.
   std::vector<double> numbers = {};
   bool is_continuous = false;
+  bool has_order() const { return is_continuous || fault == Fault::five_bounces; }
 };
 
 // All but `none`: first the bugs, then the differences of set-up.
