@@ -27,9 +27,9 @@ constexpr uint32_t usual_seed = 0x706c6d62;  // hardly anybody's
 // Samples of all pixels of the reference: some seconds.
 constexpr int64_t affordable_samples = int64_t{1} << 25;
 
-// The first look takes a part of the reference's samples, at least `enough_samples`; the best
+// The first look takes a part of the reference's samples; the best
 // suspects get more in two steps, and as many as the reference what is claimed.
-constexpr int64_t first_part = 32, second_part = 16, last_part = 4;
+constexpr int64_t first_part = 64, second_part = 16, last_part = 4;
 constexpr size_t kept_first = 6, kept_second = 3, kept_numbers = 3;
 
 // Suspects whose squares are above the best one's by so many of their standard deviations are out.
@@ -38,11 +38,23 @@ constexpr double out = 5.0;
 // A second thing is looked for where the first explains so much.
 constexpr double worth_a_pair = 0.1;
 
+// If that leaves the most doubt, a picture that looks right is held against one of so many times
+// the samples.
+constexpr int64_t times_more = 4;
+
 struct Stopped {};
 
 bool is_drawn(const Planting& p) { return description(p.fault).site != FaultSite::picture; }
 
 Picture model_picture(const Film& film) { return to_picture("reference", film); }
+
+double total_noise(const Picture& picture) {
+  double sum = 0.0;
+  for (size_t i = 0; i < picture.image.pixel(0, picture.image.height); ++i) {
+    for (size_t c = 0; c < picture.averaged; ++c) sum += picture.variance(i, c);
+  }
+  return sum;
+}
 
 // reference + drawn - base, replicate by replicate.
 Film steadied(const Film& reference, const Film& drawn, const Film& base) {
@@ -112,13 +124,21 @@ class Search {
     regions_ = {std::move(mask.names), std::move(mask.regions)};
     Settings other = settings_;
     ++other.seed;
-    Diagnosis result{.reference = draw(scene_, other, samples_, "reference")};
+    Diagnosis result{.reference = Film(scene_.camera.width, scene_.camera.height)};
     reference_ = &result.reference;
-    Picture healthy = matched(result.reference);
-    result.is_by_neighbours = by_neighbours_ = !test_.knows_noise();
-    if (by_neighbours_) tell_noise_by_neighbours(test_, healthy);
+    Picture healthy;
+    by_neighbours_ = false;
+    for (const int64_t samples : {samples_, times_more * samples_}) {
+      draw(scene_, other, samples, "reference", result.reference);
+      healthy = matched(result.reference);
+      if (samples == samples_) by_neighbours_ = !test_.knows_noise();
+      if (by_neighbours_) tell_noise_by_neighbours(test_, healthy);
+      result.healthy =
+          agreement(test_, healthy, channels_, regions_, false_alarm / 2.0, by_neighbours_);
+      const bool is_enough = result.healthy.is_refuted || result.healthy.within <= tolerance;
+      if (is_enough || total_noise(test_) > total_noise(healthy)) break;
+    }
     result.shared_noise = shared_noise(test_, healthy);
-    result.healthy = agreement(test_, healthy, channels_, regions_, false_alarm, by_neighbours_);
     if (!result.healthy.is_refuted) return result;
     yardstick_.emplace(test_, healthy);
     choose_side(healthy);
@@ -134,7 +154,10 @@ class Search {
       }
       std::vector<Suspect> pairs;
       for (const Suspect& second : all_suspects(scene_)) {
-        if (auto pair = both(first, second)) pairs.push_back(*pair);
+        const auto pair = both(first, second);
+        if (pair && std::ranges::count(idle_, second.plantings[0].fault) == 0) {
+          pairs.push_back(*pair);
+        }
       }
       for (Suspect& pair : look_for(std::move(pairs))) result.suspects.push_back(std::move(pair));
       rank(result.suspects);
@@ -145,15 +168,14 @@ class Search {
   }
 
  private:
-  Film draw(const Scene& scene, const Settings& settings, int64_t samples,
-            const std::string& what) {
-    Film film(scene.camera.width, scene.camera.height);
+  // Adds what the film lacks of the samples.
+  void draw(const Scene& scene, const Settings& settings, int64_t samples, const std::string& what,
+            Film& film) {
     const auto show = [&](const Progress& progress) {
       show_(fmt::format("{}: {} of {} spp", what, progress.samples_per_pixel, samples));
     };
-    render(scene, settings, {.samples = {0, samples}}, film, show, &stop_);
+    render(scene, settings, {.samples = {film.samples_per_pixel(), samples}}, film, show, &stop_);
     if (stop_) throw Stopped();
-    return film;
   }
 
   // As the picture's reference, with the channels that both have.
@@ -168,7 +190,9 @@ class Search {
     if (!bases_.contains(key)) {
       Settings healthy = settings_;
       healthy.method = settings.method;
-      bases_.emplace(key, draw(scene_, healthy, samples, "reference"));
+      Film film(scene_.camera.width, scene_.camera.height);
+      draw(scene_, healthy, samples, "reference", film);
+      bases_.emplace(key, std::move(film));
     }
     return bases_.at(key);
   }
@@ -188,7 +212,8 @@ class Search {
       if (!what.has_mis) settings.method = Method::nee;
       for (const Planting& p : what.plantings) plant(p.fault, scene, settings, p.number);
       if (settings.faulty_tracer != nullptr) settings.precision = Precision::float32;
-      Film film = draw(scene, settings, samples, name_of(suspect));
+      Film film(scene.camera.width, scene.camera.height);
+      draw(scene, settings, samples, name_of(suspect), film);
       for (const Planting& p : what.plantings) film = spoil(p.fault, film, scene, p.number);
       settings.method = what.has_mis ? Method::mis : Method::nee;
       const Film& healthy = base(settings, samples);
@@ -258,10 +283,13 @@ class Search {
 
   // The best suspects, with films, the likeliest first.
   std::vector<Suspect> look_for(std::vector<Suspect> suspects) {
-    const int64_t first = std::max(samples_ / first_part, static_cast<int64_t>(enough_samples));
+    const int64_t first = samples_ / first_part;
     std::vector<Suspect> seen;
     for (const Suspect& suspect : suspects) {
-      if (!look(suspect, first, seen)) continue;
+      if (!look(suspect, first, seen)) {
+        idle_.push_back(suspect.plantings.front().fault);
+        continue;
+      }
       for (size_t i = 0; i < suspect.plantings.size(); ++i) {
         if (!suspect.plantings[i].number) try_numbers(suspect, i, first, seen);
       }
@@ -411,9 +439,10 @@ class Search {
                   false_alarm / static_cast<double>(std::max<size_t>(tried_, 1)), by_neighbours_);
   }
 
-  // Renders what agrees as well as the reference, if it is not known well enough.
+  // Renders what agrees as well as the reference, if its noise leaves the most doubt.
   void refine(Suspect& suspect, double tolerance) {
-    if (suspect.agreement.is_refuted || suspect.agreement.within < tolerance) return;
+    if (suspect.agreement.is_refuted || suspect.agreement.within <= tolerance) return;
+    if (total_noise(test_) > total_noise(matched(*suspect.film))) return;
     judge(suspect, samples_);
     agree(suspect);
   }
@@ -434,6 +463,7 @@ class Search {
   // The squared difference of picture and reference without the noise of either, and the noise.
   double all_ = 0.0, noise_ = 0.0;
   size_t tried_ = 0;
+  std::vector<Fault> idle_;  // which change nothing in this scene
   std::map<std::pair<Method, int64_t>, Film> bases_;
   std::string last_key_;
   std::optional<Film> last_drawn_;

@@ -43,7 +43,6 @@ struct Diagnosis {
   Film reference;
   Agreement healthy = {};              // of the picture with the reference
   double shared_noise = 0;             // see there
-  bool is_by_neighbours = false;       // the picture does not tell its noise
   size_t tried = 0;                    // how many suspects there were
   std::vector<Suspect> suspects = {};  // the likeliest first, with films; none if all is well
 };
