@@ -37,8 +37,8 @@ Film film_of(Scene scene, Fault fault, std::optional<double> number = {}) {
 // Set-ups
 
 TEST(SetUps, ChangeThePictureButWhereTheyCantBeSeen) {
-  // The scenes are square, each has walls that turn one side to the room, and one lamp.
-  const std::vector<Fault> unseen{Fault::fov_axis, Fault::one_sided_walls, Fault::two_sided_walls};
+  // The scenes are square, and one-sided already.
+  const std::vector<Fault> unseen{Fault::fov_axis, Fault::one_sided_walls};
   const Scene seed = small("seed");
   const Scene cornell = small("cornell");
   for (const FaultDescription& row : faults()) {
@@ -59,10 +59,13 @@ TEST(SetUps, TurnedTwiceArePicturesAsBefore) {
   for (const Fault fault : {Fault::flipped, Fault::mirrored}) {
     const Film once = spoil(fault, film, scene);
     EXPECT_NE(once.mean(), film.mean());
-    EXPECT_EQ(spoil(fault, once, scene).mean(), film.mean());
+    const std::vector<float> first = film.mean(), twice = spoil(fault, once, scene).mean();
+    for (size_t i = 0; i < twice.size(); ++i) {
+      EXPECT_FLOAT_EQ(twice[i], first[i]);  // but for the rounding of sums
+    }
   }
   const std::vector<float> before = film.mean(), after = film_of(scene, Fault::flipped).mean();
-  EXPECT_EQ(after[0], before[size_t{side} * (side - 1) * 3]);
+  EXPECT_FLOAT_EQ(after[0], before[size_t{side} * (side - 1) * 3]);
 }
 
 // White is R = G = B in all of them; what is the same everywhere stays so.
