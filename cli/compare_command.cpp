@@ -216,16 +216,20 @@ void write_reports(const Options& options, const Result& result) {
   write_text(result.json.dump(2) + "\n", options.json);
 }
 
-// Takes the floors that the card beside the reference states, if there is one; says so in a line.
-std::string take_floors_of_card(const std::string& reference, Judgement& judgement) {
-  const auto floors = floors_of_card(reference);
+// Takes the floors that the reference states, or the card beside it; says so in a line.
+std::string take_floors(const std::string& file, const Picture& reference, Judgement& judgement) {
+  const Provenance& told = reference.image.provenance;
+  const bool tells = told.image_floor && told.region_floor;
+  const auto floors =
+      tells ? CardFloors{{*told.image_floor}, {*told.region_floor}} : floors_of_card(file);
   if (!floors) return "";
   judgement.image_floor = floors->image;
   judgement.floor = floors->region;
   return fmt::format(
       "reference: floor {:.3g} % of the image, {:.3g} % elsewhere, by its "
-      "card.json\n",
-      100.0 * floors->image.value, 100.0 * floors->region.value);
+      "{}\n",
+      100.0 * floors->image.value, 100.0 * floors->region.value,
+      tells ? "own account" : "card.json");
 }
 
 Picture read_side(const Options& options, const std::string& side, const std::string& part) {
@@ -291,7 +295,7 @@ Result judge_files(const Options& options) {
   Judgement judgement = options.judgement;
   std::string floor_note;
   if (!judgement.floor && !reference.knows_noise()) {
-    floor_note = take_floors_of_card(options.reference, judgement);
+    floor_note = take_floors(options.reference, reference, judgement);
   }
   if (!options.flip && (judgement.flip_mean || judgement.flip_p95)) {
     throw std::invalid_argument("--flip-mean and --flip-p95 need --flip ldr or hdr");

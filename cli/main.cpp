@@ -28,8 +28,8 @@ int run(int argc, char** argv) {
   int exit_code = 0;
   for (cli::AddCommand* add :
        {cli::add_render, cli::add_merge, cli::add_compare, cli::add_converge, cli::add_chart,
-        cli::add_power, cli::add_export, cli::add_reference, cli::add_stress, cli::add_certify,
-        cli::add_diagnose, cli::add_faults}) {
+        cli::add_power, cli::add_radiosity, cli::add_export, cli::add_reference, cli::add_stress,
+        cli::add_certify, cli::add_diagnose, cli::add_faults}) {
     add(app, exit_code);
   }
   app.require_subcommand(0, 1);  // what is missing is told below: CLI11 hides misspelt names

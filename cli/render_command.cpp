@@ -12,12 +12,12 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "cli/commands.h"
 #include "cli/film_image.h"
 #include "cli/interrupt.h"
 #include "cli/names.h"
+#include "cli/outputs.h"
 #include "cli/progress_line.h"
 #include "cli/scene_options.h"
 #include "renderer/render.h"
@@ -27,7 +27,7 @@ namespace {
 
 struct Options {
   SceneOptions scene;
-  std::vector<std::string> outputs;
+  Outputs outputs;
   Settings settings{.seed = 1, .bounces = {}};
   Limits limits;
   std::optional<int64_t> spp;
@@ -37,17 +37,13 @@ struct Options {
   std::optional<Method> method;
   std::optional<Sampler> sampler;
   std::optional<Precision> precision;
-  double exposure = 0.0;
 };
 
 void add_options(CLI::App& command, Options& options) {
   Settings& settings = options.settings;
   Limits& limits = options.limits;
   add_scene_option(command, options.scene);
-  add_option(command, "-o,--output", "FILE", options.outputs,
-             "Linear .exr or sRGB .png; can be repeated")
-      ->required()
-      ->allow_extra_args(false);
+  add_output_option(command, options.outputs);
   add_option(command, "--spp", "N", options.spp, number<int64_t>(1, largest_sample),
              "Samples per pixel (default: the scene's, else 64, if\n"
              "there is no other limit)");
@@ -79,21 +75,10 @@ void add_options(CLI::App& command, Options& options) {
              "object (a colour for each shape), side (for each\n"
              "shape's front, left, ...) or shadow (for what is\n"
              "lit, in penumbra, in umbra)");
-  add_option(command, "--exposure", "EV", options.exposure, number(-100.0, 100.0),
-             "Brighten the .png by so many stops (default: 0)");
+  add_exposure_option(command, options.outputs);
   add_option(command, "--fault", "NAME", options.fault, parse_fault,
              "Plant one of 'plumb faults', to see whether it is found\n"
              "(those of the integrator: float only)");
-}
-
-void check_outputs(const std::vector<std::string>& files) {
-  for (const std::string& file : files) {
-    image_format(file);
-    check_writable(file);
-    if (std::ranges::count(files, file) > 1) {
-      throw ImageError(fmt::format("--output: {} is given twice", file));
-    }
-  }
 }
 
 Limits limits_of(const Options& options, const Scene& scene) {
@@ -145,19 +130,12 @@ Cost render_with_progress(const Scene& scene, const Options& options, const Limi
   return render(scene, options.settings, limits, film, show, &stop_requested);
 }
 
-void write_images(const Image& image, const Options& options) {
-  for (const std::string& file : options.outputs) {
-    write_image(image, file, options.exposure);
-    fmt::print("wrote {}\n", file);
-  }
-}
-
 int run(Options options) {
-  check_outputs(options.outputs);
+  check(options.outputs);
   Scene scene = load_scene(options.scene);
   const Limits limits = limits_of(options, scene);
   if (options.mask) {
-    write_images(to_image(region_mask(scene, *options.mask), scene.camera), options);
+    write(to_image(region_mask(scene, *options.mask), scene.camera), options.outputs);
     return 0;
   }
   complete(options, scene);
@@ -182,7 +160,7 @@ int run(Options options) {
   fmt::print("{}, {}x{}: {} spp in {:.2f} s ({}samples/s, {}rays/s), {}\n", scene.name,
              film.width(), film.height(), film.samples_per_pixel(), cost.wall_seconds,
              rate(cost, cost.samples), rate(cost, cost.rays), error_text(film.relative_error()));
-  write_images(image, options);
+  write(image, options.outputs);
   if (interrupted_by == 0) return 0;
   fmt::print(stderr, "plumb: interrupted, the picture has {} samples per pixel\n",
              film.samples_per_pixel());

@@ -41,6 +41,8 @@ void for_each_field(Visit visit) {
   visit("samples", &P::samples, Of::picture);
   visit("replicates", &P::replicates, Of::render);
   visit("relativeError", &P::relative_error, Of::picture);
+  visit("imageFloor", &P::image_floor, Of::picture);
+  visit("regionFloor", &P::region_floor, Of::picture);
   visit("wallSeconds", &P::wall_seconds, Of::cost);
   visit("cpuSeconds", &P::cpu_seconds, Of::cost);
   visit("processSeconds", &P::process_seconds, Of::cost);

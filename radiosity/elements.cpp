@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "radiosity/elements.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace plumb::radiosity {
+namespace {
+
+using Symmetric = std::array<Vec3, 3>;
+
+// By the adjugate.
+Symmetric inverse(const Symmetric& m) {
+  Symmetric result{m[1].cross(m[2]), m[2].cross(m[0]), m[0].cross(m[1])};
+  const double determinant = m[0].dot(result[0]);
+  for (Vec3& row : result) row /= determinant;
+  return result;
+}
+
+Vec3 multiply(const Symmetric& m, const Vec3& v) { return {m[0].dot(v), m[1].dot(v), m[2].dot(v)}; }
+
+void add_point(Element& element, const Vec3& point, double area) {
+  element.point[size_t(element.points)] = point;
+  element.area[size_t(element.points++)] = area;
+}
+
+void add_points(Element& element, const Vec3& normal) {
+  const auto& c = element.corners;
+  if (element.size == 3) {
+    const double area = normal.dot((c[1] - c[0]).cross(c[2] - c[0])) / 6.0;
+    const Vec3 sum = c[0] + c[1] + c[2];
+    for (size_t i = 0; i < 3; ++i) add_point(element, sum / 6.0 + c[i] * 0.5, area);
+    return;
+  }
+  const double gauss = 0.5 / std::sqrt(3.0);
+  for (const double s : {0.5 - gauss, 0.5 + gauss}) {
+    for (const double t : {0.5 - gauss, 0.5 + gauss}) {
+      const Vec3 low = c[0] + (c[1] - c[0]) * s, high = c[3] + (c[2] - c[3]) * s;
+      const Vec3 along = (c[1] - c[0]) * (1.0 - t) + (c[2] - c[3]) * t;
+      add_point(element, low + (high - low) * t, normal.dot(along.cross(high - low)) / 4.0);
+    }
+  }
+}
+
+// What two linear functions make, summed over the points of an element.
+Symmetric products(const Element& element, const Face& face) {
+  Symmetric sum{Vec3(0.0), Vec3(0.0), Vec3(0.0)};
+  for (size_t q = 0; q < size_t(element.points); ++q) {
+    const Vec3 parts = element.parts(face, element.point[q]);
+    for (int i = 0; i < 3; ++i) sum[size_t(i)] += parts * (parts[i] * element.area[q]);
+  }
+  return sum;
+}
+
+void join(const Element& parent, Element& child, const Face& face) {
+  const Symmetric of_parent = inverse(products(parent, face));
+  Matrix moments;  // of the child's function with the parent's
+  for (size_t q = 0; q < size_t(child.points); ++q) {
+    const Vec3 own = child.parts(face, child.point[q]), to = parent.parts(face, child.point[q]);
+    for (int i = 0; i < 3; ++i) moments.rows[size_t(i)] += own * (to[i] * child.area[q]);
+  }
+  for (size_t i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k)
+      child.to_parent.rows[i] += moments.rows[size_t(k)] * of_parent[i][k];
+  }
+  const double shrink = child.radius / parent.radius;
+  child.from_parent.rows = {parent.parts(face, child.center), Vec3(0.0, shrink, 0.0),
+                            Vec3(0.0, 0.0, shrink)};
+}
+
+double distance(const Vec3& point, const Vec3& a, const Vec3& b) {
+  const Vec3 along = b - a;
+  const double t = std::clamp((point - a).dot(along) / along.length2(), 0.0, 1.0);
+  return (point - a - along * t).length();
+}
+
+// The edges of whatever is before the plane of a face: there its light changes fast, if they are
+// near.
+std::vector<std::array<Vec3, 2>> edges_before(const Faces& faces, size_t face) {
+  std::vector<std::array<Vec3, 2>> edges;
+  for (size_t polygon = 0; polygon < faces.polygon_count(); ++polygon) {
+    const Place place = faces.place(face, polygon);
+    if (place == Place::behind || place == Place::inside) continue;
+    const auto& c = faces.front(polygon).outline.corners;
+    for (size_t i = 0; i < c.size(); ++i) edges.push_back({c[i], c[(i + 1) % c.size()]});
+  }
+  return edges;
+}
+
+}  // namespace
+
+void Matrix::add_to(Linear<Rgb>& sum, const Linear<Rgb>& factor) const {
+  for (size_t i = 0; i < 3; ++i) {
+    sum[i] += factor[0] * rows[i].x + factor[1] * rows[i].y + factor[2] * rows[i].z;
+  }
+}
+
+Element::Element(const Faces& faces, size_t on, std::span<const Vec3> outline)
+    : face(on), size(int(outline.size())) {
+  std::ranges::copy(outline, corners.begin());
+  const Face& of = faces[face];
+  add_points(*this, of.normal);
+  double whole = 0.0;
+  center = Vec3(0.0);
+  for (size_t q = 0; q < size_t(points); ++q) {
+    center += point[q] * area[q];
+    whole += area[q];
+  }
+  center /= whole;
+  radius = 0.0;
+  for (const Vec3& corner : outline) radius = std::max(radius, (corner - center).length());
+  const Symmetric matrix = inverse(products(*this, of));
+  for (size_t q = 0; q < size_t(points); ++q) {
+    fit[q] = multiply(matrix, parts(of, point[q])) * area[q];
+  }
+}
+
+Vec3 Element::parts(const Face& of, const Vec3& at) const {
+  const Vec3 offset = (at - center) / radius;
+  return {1.0, offset.dot(of.u), offset.dot(of.v)};
+}
+
+std::array<Element, 2> Element::halves(const Faces& faces) const {
+  const auto& c = corners;
+  const auto half = [&](std::initializer_list<Vec3> outline) {
+    Element result(faces, face, std::span(outline.begin(), outline.size()));
+    join(*this, result, faces[face]);
+    return result;
+  };
+  const auto middle = [&](size_t i, size_t k) { return (c[i] + c[k]) * 0.5; };
+  if (size == 3) {
+    size_t i = 0;  // where the longest side begins
+    const auto length = [&](size_t k) { return (c[(k + 1) % 3] - c[k]).length2(); };
+    for (const size_t k : {1, 2}) i = length(k) > length(i) ? k : i;
+    const size_t k = (i + 1) % 3, opposite = (i + 2) % 3;
+    const Vec3 m = middle(i, k);
+    return {half({c[i], m, c[opposite]}), half({m, c[k], c[opposite]})};
+  }
+  const Vec3 a = middle(0, 1), b = middle(1, 2), d = middle(2, 3), e = middle(3, 0);
+  if ((b - e).length2() > (d - a).length2()) {
+    return {half({c[0], a, d, c[3]}), half({a, c[1], c[2], d})};
+  }
+  return {half({c[0], c[1], b, e}), half({e, b, c[2], c[3]})};
+}
+
+Resolution Resolution::level(int n) {
+  const double finer = std::pow(0.5, n);
+  return {.smallest = finer / 32.0,
+          .largest = std::sqrt(finer) / 12.0,
+          .grading = 0.5,
+          .opening = 0.7 * std::pow(finer, 0.25)};
+}
+
+Elements::Elements(const Faces& faces, const Resolution& resolution, size_t most)
+    : faces_(faces), root_of_(faces.list().size(), -1) {
+  for (size_t face = 0; face < faces.list().size(); ++face) {
+    if (!faces[face].reflects()) continue;
+    root_of_[face] = static_cast<int>(list_.size());
+    list_.emplace_back(faces, face, faces[face].outline.corners);
+  }
+  roots_ = list_.size();
+  split(resolution, most);
+}
+
+void Elements::split(const Resolution& resolution, size_t most) {
+  std::vector<std::vector<std::array<Vec3, 2>>> edges(root_of_.size());
+  for (size_t face = 0; face < edges.size(); ++face) edges[face] = edges_before(faces_, face);
+  for (size_t i = 0; i < list_.size(); ++i) {
+    const Element parent = list_[i];
+    const double radius = parent.radius / faces_.size();
+    const auto is_near = [&](const std::array<Vec3, 2>& edge) {
+      return parent.radius > resolution.grading * distance(parent.center, edge[0], edge[1]);
+    };
+    const bool is_large =
+        radius > resolution.largest ||
+        (radius > resolution.smallest && std::ranges::any_of(edges[parent.face], is_near));
+    if (!is_large) continue;
+    if (list_.size() + 2 > most) {
+      throw std::length_error(
+          fmt::format("more than {} elements don't fit into half of the memory", most / 2));
+    }
+    list_[i].child = static_cast<int>(list_.size());
+    for (const Element& half : parent.halves(faces_)) list_.push_back(half);
+  }
+}
+
+void Elements::pull(std::vector<Linear<Rgb>>& functions) const {
+  for (size_t i = list_.size(); i-- > 0;) {
+    if (!list_[i].has_children()) continue;
+    functions[i] = dark;
+    for (const int c : {list_[i].child, list_[i].child + 1}) {
+      list_[size_t(c)].to_parent.add_to(functions[i], functions[size_t(c)]);
+    }
+  }
+}
+
+void Elements::push(std::vector<Linear<Rgb>>& functions) const {
+  for (size_t i = 0; i < list_.size(); ++i) {
+    if (!list_[i].has_children()) continue;
+    for (const int c : {list_[i].child, list_[i].child + 1}) {
+      list_[size_t(c)].from_parent.add_to(functions[size_t(c)], functions[i]);
+    }
+  }
+}
+
+}  // namespace plumb::radiosity

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// Faces cut into elements on which radiance is linear, and these joined into clusters, on which it
+// is taken as linear, too: a binary tree for each face.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "radiosity/eye.h"
+#include "radiosity/faces.h"
+
+namespace plumb::radiosity {
+
+// A function over an element: its value at the centre, and by how much it rises along the face's u
+// and v over one radius.
+template <typename T>
+using Linear = std::array<T, 3>;
+const Linear<Rgb> dark{Rgb(0.0), Rgb(0.0), Rgb(0.0)};
+
+// Row i: what the parts of one linear function add to part i of another one.
+struct Matrix {
+  std::array<Vec3, 3> rows{Vec3(0.0), Vec3(0.0), Vec3(0.0)};
+
+  void add_to(Linear<Rgb>& sum, const Linear<Rgb>& factor) const;
+};
+
+struct Element {
+  static constexpr int most_points = 4;
+
+  size_t face;
+  int size;  // corners: a triangle or a quadrilateral
+  std::array<Vec3, 4> corners;
+  Vec3 center;
+  double radius;   // of the circle around the centre that holds it
+  int child = -1;  // the first of two, which are neighbours; -1: none
+
+  // Gauss points, exact for what two linear functions make; the area of each; and what its value
+  // adds to the linear function that fits the values best.
+  int points = 0;
+  std::array<Vec3, most_points> point;
+  std::array<double, most_points> area;
+  std::array<Vec3, most_points> fit;
+  Matrix to_parent, from_parent;  // functions that fit best; what the parent's is here
+
+  Element(const Faces& faces, size_t face, std::span<const Vec3> corners);
+
+  bool has_children() const { return child >= 0; }
+  std::span<const Vec3> outline() const { return {corners.data(), size_t(size)}; }
+  Frame frame(const Face& of) const { return {center, of.u, of.v, radius}; }
+  // The parts of a linear function at a point: 1, x, y.
+  Vec3 parts(const Face& of, const Vec3& at) const;
+  // Cut across the longer sides, and joined to this element as their parent.
+  std::array<Element, 2> halves(const Faces& faces) const;
+};
+
+// How fine elements and links are. Level n has a third to half of the error of n - 1.
+struct Resolution {
+  double smallest, largest;  // radius of an element, as a part of the scene's size
+  double grading;  // radius of an element over its distance from what may touch its face, at most
+  double opening;  // sum of two radii over their distance for a link, at most
+  static Resolution level(int n);
+};
+
+// Parents come before their children.
+class Elements {
+ public:
+  // Throws std::length_error if there would be more than `most`.
+  Elements(const Faces& faces, const Resolution& resolution, size_t most);
+
+  const Faces& faces() const { return faces_; }
+  const std::vector<Element>& list() const { return list_; }
+  const Element& operator[](size_t i) const { return list_[i]; }
+  size_t size() const { return list_.size(); }
+  size_t leaves() const { return (list_.size() + roots_) / 2; }
+  // Of a face; -1: it reflects nothing.
+  int root(size_t face) const { return root_of_[face]; }
+
+  // From the leaves to their ancestors, or the other way round: what ancestors have is added.
+  void pull(std::vector<Linear<Rgb>>& functions) const;
+  void push(std::vector<Linear<Rgb>>& functions) const;
+
+ private:
+  void split(const Resolution& resolution, size_t most);
+
+  const Faces& faces_;
+  std::vector<Element> list_;
+  std::vector<int> root_of_;
+  size_t roots_ = 0;
+};
+
+}  // namespace plumb::radiosity

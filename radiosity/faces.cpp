@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "radiosity/faces.h"
+
+#include <Imath/ImathBox.h>
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace plumb::radiosity {
+namespace {
+
+using Box = Imath::Box<Vec3>;
+
+void extend(Box& box, std::span<const Vec3> corners) {
+  for (const Vec3& corner : corners) box.extendBy(corner);
+}
+
+const char* why_refused(const Shape& shape) {
+  if (std::holds_alternative<Sphere>(shape.geometry)) return "a sphere";
+  switch (shape.bsdf.kind) {
+    case Bsdf::Kind::diffuse: return nullptr;
+    case Bsdf::Kind::dielectric: return "of glass";
+    case Bsdf::Kind::conductor: return shape.bsdf.is_metal() ? "of metal" : "a mirror";
+  }
+  return nullptr;
+}
+
+void refuse_all_but_matte_polygons(const Scene& scene) {
+  std::string refused;
+  for (const Shape& shape : scene.shapes) {
+    const char* why = why_refused(shape);
+    if (why != nullptr) refused += fmt::format("\n  '{}' is {}", shape.id, why);
+  }
+  if (scene.has_sky()) refused += "\n  a sky ('constant' emitter)";
+  if (!scene.points.empty()) refused += "\n  point lamps: they have no size";
+  if (scene.camera.filter.kind != Filter::Kind::box || scene.camera.filter.size != 0.5) {
+    refused += "\n  a filter other than 'box': a pixel is the mean over its square";
+  }
+  if (refused.empty()) return;
+  throw std::invalid_argument("radiosity is for matte polygons, lamps among them, but there is:" +
+                              refused);
+}
+
+Place place_of(const Polygon& polygon, const Face& face, double slack) {
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  for (const Vec3& corner : polygon.corners) {
+    const double height = face.normal.dot(corner) - face.offset;
+    least = std::min(least, height);
+    most = std::max(most, height);
+  }
+  if (most <= slack) return least >= -slack ? Place::inside : Place::behind;
+  return least >= -slack ? Place::before : Place::across;
+}
+
+Face make_face(const Polygon& outline, const Shape& shape, size_t polygon) {
+  const auto& c = outline.corners;
+  Face face{.outline = outline,
+            .normal = outline.normal(),
+            .offset = 0.0,
+            .u = (c[1] - c[0]).normalized(),
+            .v = Vec3(0.0),
+            .polygon = polygon,
+            .reflectance = shape.bsdf.reflectance,
+            .radiance = shape.radiance};
+  for (const Vec3& corner : c) face.offset += face.normal.dot(corner) / double(c.size());
+  face.v = face.normal.cross(face.u);
+  return face;
+}
+
+}  // namespace
+
+Faces::Faces(const Scene& scene) {
+  refuse_all_but_matte_polygons(scene);
+  for (const Shape& shape : scene.shapes) add(shape);
+  Box box;
+  box.extendBy(scene.camera.origin);
+  for (const Face& face : faces_) extend(box, face.outline.corners);
+  size_ = box.size().length();
+  slack_ = Polygon::rounding * size_;
+  find_places();
+  views_.resize(faces_.size() * faces_.size());
+  tbb::parallel_for(size_t{0}, views_.size(),
+                    [&](size_t i) { views_[i] = find_view(i / faces_.size(), i % faces_.size()); });
+}
+
+void Faces::add(const Shape& shape) {
+  for (Polygon outline : std::get<Mesh>(shape.geometry)) {
+    if (shape.is_lamp()) lamps_.push_back(faces_.size());
+    fronts_.push_back(faces_.size());
+    has_back_.push_back(shape.bsdf.two_sided);
+    faces_.push_back(make_face(outline, shape, fronts_.size() - 1));
+    if (!shape.bsdf.two_sided) continue;
+    std::reverse(outline.corners.begin(), outline.corners.end());
+    faces_.push_back(make_face(outline, shape, fronts_.size() - 1));
+    faces_.back().radiance = Rgb(0.0);
+  }
+}
+
+void Faces::find_places() {
+  places_.resize(faces_.size() * fronts_.size());
+  tbb::parallel_for(size_t{0}, places_.size(), [&](size_t i) {
+    const size_t polygon = i % fronts_.size();
+    places_[i] = place_of(front(polygon).outline, faces_[i / fronts_.size()], slack_);
+  });
+}
+
+bool Faces::is_on_top(size_t polygon, size_t face) const {
+  if (polygon >= faces_[face].polygon || place(face, polygon) != Place::inside) return false;
+  return has_back_[polygon] || front(polygon).normal.dot(faces_[face].normal) > 0.0;
+}
+
+View Faces::find_view(size_t from, size_t to) const {
+  View view;
+  const Face &a = faces_[from], &b = faces_[to];
+  const auto is_seen = [](Place place) { return place == Place::before || place == Place::across; };
+  view.is_any = is_seen(place(from, b.polygon)) && is_seen(place(to, a.polygon));
+  if (!view.is_any) return view;
+  view.is_cut = place(from, b.polygon) == Place::across;
+  for (size_t q = 0; q < fronts_.size(); ++q) {
+    const bool is_between = q != a.polygon && q != b.polygon && is_seen(place(from, q)) &&
+                            (is_seen(place(to, q)) || is_on_top(q, to));
+    if (is_between && may_block(q, a.outline.corners, b.outline.corners))
+      view.obstacles.push_back(static_cast<int>(q));
+  }
+  return view;
+}
+
+bool Faces::may_block(size_t polygon, std::span<const Vec3> a, std::span<const Vec3> b) const {
+  const Face& obstacle = front(polygon);
+  bool is_before = false, is_behind = false;
+  Box both, own;
+  for (const std::span<const Vec3>& part : {a, b}) {
+    extend(both, part);
+    for (const Vec3& corner : part) {
+      const double height = obstacle.normal.dot(corner) - obstacle.offset;
+      is_before = is_before || height > -slack_;
+      is_behind = is_behind || height < slack_;
+    }
+  }
+  extend(own, obstacle.outline.corners);
+  const Vec3 room(slack_);
+  return is_before && is_behind && both.intersects(Box(own.min - room, own.max + room));
+}
+
+}  // namespace plumb::radiosity

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// A scene of matte polygons for who computes their exchange of light: faces, and what may stand
+// between two of them.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "radiosity/convex.h"
+#include "scene/scene.h"
+
+namespace plumb::radiosity {
+
+// Where a flat thing lies, for who stands before a plane.
+enum class Place { before, across, inside, behind };
+
+// One side of a polygon, with the corners counter-clockwise as seen from there.
+struct Face {
+  Polygon outline;
+  Vec3 normal;    // towards that side
+  double offset;  // its plane is where dot(normal, p) is this
+  Vec3 u, v;      // unit vectors along the plane
+  size_t polygon;
+  Rgb reflectance, radiance;
+
+  // Whether it ever sends light that it was sent.
+  bool reflects() const { return reflectance != Rgb(0.0); }
+  bool is_lamp() const { return radiance != Rgb(0.0); }
+};
+
+// What one face sees of another one.
+struct View {
+  bool is_any = false;         // they face each other
+  bool is_cut = false;         // by the plane of the one that looks
+  std::vector<int> obstacles;  // polygons that may stand between, which no other test has ruled out
+};
+
+// The faces of a scene. Polygons have two faces, or one whose back is black; both sides of each
+// stand in the way. In each plane the first of those with the same side up lies on top.
+class Faces {
+ public:
+  // Throws std::invalid_argument, which lists what radiosity can't do, with its names: shapes that
+  // are no matte polygons, a sky, point lamps, other filters than `box`.
+  explicit Faces(const Scene& scene);
+
+  const std::vector<Face>& list() const { return faces_; }
+  const Face& operator[](size_t i) const { return faces_[i]; }
+  const std::vector<size_t>& lamps() const { return lamps_; }
+  size_t polygon_count() const { return fronts_.size(); }
+  // The front of each polygon, which is the obstacle.
+  const Face& front(size_t polygon) const { return faces_[fronts_[polygon]]; }
+  double size() const { return size_; }    // the diagonal of what holds the scene and its camera
+  double slack() const { return slack_; }  // closer things touch
+
+  const View& view(size_t from, size_t to) const { return views_[from * faces_.size() + to]; }
+  // Where a polygon lies as seen from before the plane of a face.
+  Place place(size_t face, size_t polygon) const {
+    return places_[face * fronts_.size() + polygon];
+  }
+  // False if nothing of the polygon is between two flat things: both are on one side of its plane,
+  // or it is outside of the box that holds both. True may be wrong.
+  bool may_block(size_t polygon, std::span<const Vec3> a, std::span<const Vec3> b) const;
+  // Whether, in the same plane, the polygon lies on top of the face.
+  bool is_on_top(size_t polygon, size_t face) const;
+
+ private:
+  void add(const Shape& shape);
+  void find_places();
+  View find_view(size_t from, size_t to) const;
+
+  std::vector<Face> faces_;
+  std::vector<size_t> fronts_, lamps_;
+  std::vector<bool> has_back_;
+  std::vector<Place> places_;
+  std::vector<View> views_;
+  double size_ = 0.0, slack_ = 0.0;
+};
+
+}  // namespace plumb::radiosity

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "radiosity/solution.h"
+
+#include <fmt/format.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_invoke.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace plumb::radiosity {
+namespace {
+
+using Eyes = tbb::enumerable_thread_specific<Eye>;
+
+// Lit from before the plane of each other.
+bool see_each_other(const Faces& faces, const Element& a, const Element& b) {
+  if (!faces.view(a.face, b.face).is_any) return false;
+  const auto is_before = [&](const Face& plane, const Element& element) {
+    return std::ranges::any_of(element.outline(), [&](const Vec3& corner) {
+      return plane.normal.dot(corner) - plane.offset > faces.slack();
+    });
+  };
+  return is_before(faces[a.face], b) && is_before(faces[b.face], a);
+}
+
+double largest(const std::vector<Linear<Rgb>>& functions) {
+  double most = 0.0;
+  for (const Linear<Rgb>& f : functions) most = std::max({most, f[0].x, f[0].y, f[0].z});
+  return most;
+}
+
+}  // namespace
+
+Solution::Solution(const Elements& elements, const Resolution& resolution,
+                   const BounceRange& bounces, size_t most_bytes, const Work& work)
+    : elements_(elements),
+      resolution_(resolution),
+      into_(elements.size()),
+      radiance_(elements.size(), dark) {
+  std::vector<uint32_t> roots;
+  for (size_t face = 0; face < elements.faces().list().size(); ++face) {
+    if (elements.root(face) >= 0) roots.push_back(static_cast<uint32_t>(elements.root(face)));
+  }
+  work.for_each("links", roots.size(), [&](size_t i) { connect(roots[i], roots, work); });
+  for (const Links& links : into_) links_ += links.from.size();
+  if (links_ * sizeof(Matrix) > most_bytes) {
+    throw std::length_error(
+        fmt::format("{} elements with {} links need {:.1f} GB, more than half of the memory",
+                    elements.leaves(), links_, double(links_ * sizeof(Matrix)) / 1e9));
+  }
+  Eyes eyes(elements.faces());
+  work.for_each("form factors", elements.size(), [&](size_t i) { fill(i, eyes.local()); });
+  work.for_each("direct light", elements.size(), [&](size_t i) {
+    if (!elements_[i].has_children()) radiance_[i] = direct(eyes.local(), elements_[i], 6);
+  });
+  bounce(bounces, work);
+}
+
+bool Solution::are_far(size_t to, size_t from) const {
+  const Element &a = elements_[to], &b = elements_[from];
+  const double part = (a.radius + b.radius) / (a.center - b.center).length();
+  if (part > resolution_.opening) return false;
+  return part <= 0.5 * resolution_.opening || !may_be_blocked(to, from);
+}
+
+bool Solution::may_be_blocked(size_t to, size_t from) const {
+  const Element &a = elements_[to], &b = elements_[from];
+  const Faces& faces = elements_.faces();
+  return std::ranges::any_of(faces.view(a.face, b.face).obstacles, [&](int polygon) {
+    return faces.may_block(size_t(polygon), a.outline(), b.outline());
+  });
+}
+
+void Solution::connect(size_t to, std::vector<uint32_t> candidates, const Work& work) {
+  if (work.is_stopped()) return;
+  const Element& element = elements_[to];
+  std::vector<uint32_t> for_children;
+  auto& links = into_[to].from;
+  while (!candidates.empty()) {
+    const uint32_t from = candidates.back();
+    candidates.pop_back();
+    const Element& other = elements_[from];
+    if (!see_each_other(elements_.faces(), element, other)) continue;
+    const bool is_divisible = element.has_children() || other.has_children();
+    if (!is_divisible || are_far(to, from)) {
+      links.push_back(from);
+    } else if (other.has_children() && (!element.has_children() || other.radius > element.radius)) {
+      candidates.push_back(static_cast<uint32_t>(other.child));
+      candidates.push_back(static_cast<uint32_t>(other.child + 1));
+    } else {
+      for_children.push_back(from);
+    }
+  }
+  std::ranges::sort(links, {}, [&](uint32_t i) { return std::pair(elements_[i].face, i); });
+  if (!element.has_children()) return;
+  const auto child = static_cast<size_t>(element.child);
+  tbb::parallel_invoke([&] { connect(child, for_children, work); },
+                       [&] { connect(child + 1, for_children, work); });
+}
+
+void Solution::fill(size_t to, Eye& eye) {
+  const Element& element = elements_[to];
+  const Faces& faces = elements_.faces();
+  Links& links = into_[to];
+  links.matrix.resize(links.from.size());
+  std::vector<const Cone*> cones, before;
+  for (size_t q = 0; q < size_t(element.points); ++q) {
+    eye.move_to(element.face, element.point[q]);
+    size_t face = faces.list().size();  // that of the cones; none yet
+    for (size_t k = 0; k < links.from.size(); ++k) {
+      const Element& other = elements_[links.from[k]];
+      if (other.face != face) eye.find_cones(face = other.face, cones);
+      const Convex part = eye.relative(other.outline());
+      before.clear();
+      for (const Cone* cone : cones) {
+        if (!cone->misses(part)) before.push_back(cone);
+      }
+      const Vec3 weights = eye.weights(face, part, before, other.frame(faces[face]));
+      for (int i = 0; i < 3; ++i) links.matrix[k].rows[size_t(i)] += weights * element.fit[q][i];
+    }
+  }
+}
+
+// Radiance that the lamps' light makes: from halves of the element where it isn't linear.
+Linear<Rgb> Solution::direct(Eye& eye, const Element& element, int depth) const {
+  const Faces& faces = elements_.faces();
+  const Face& face = faces[element.face];
+  Linear<Rgb> result = dark;
+  std::array<Rgb, Element::most_points> values;
+  double most = 0.0, error = 0.0;
+  for (size_t q = 0; q < size_t(element.points); ++q) {
+    eye.move_to(element.face, element.point[q]);
+    values[q] = face.reflectance * eye.direct();
+    for (int i = 0; i < 3; ++i) result[size_t(i)] += values[q] * element.fit[q][i];
+  }
+  for (size_t q = 0; q < size_t(element.points); ++q) {
+    const Vec3 parts = element.parts(face, element.point[q]);
+    const Rgb off = result[0] + result[1] * parts.y + result[2] * parts.z - values[q];
+    for (int c = 0; c < 3; ++c) {
+      most = std::max(most, values[q][c]);
+      error = std::max(error, std::abs(off[c]));
+    }
+  }
+  const double rise = std::max(result[1].length(), result[2].length());
+  if (depth == 0 || most == 0.0 || (error < 0.005 * most && rise < 0.3 * most)) return result;
+  result = dark;
+  for (const Element& half : element.halves(faces)) {
+    half.to_parent.add_to(result, direct(eye, half, depth - 1));
+  }
+  return result;
+}
+
+void Solution::bounce(const BounceRange& bounces, const Work& work) {
+  constexpr int endless = 10000;
+  constexpr double negligible = 1e-11;
+  std::vector<Linear<Rgb>> light =
+      std::exchange(radiance_, std::vector<Linear<Rgb>>(into_.size(), dark));
+  std::vector<Linear<Rgb>> arriving(into_.size(), dark);
+  const double first = largest(light);
+  for (int bounce = 1; bounce < bounces.last; ++bounce) {
+    work.check();
+    work.show(fmt::format("bounce {}", bounce));
+    elements_.pull(light);
+    if (bounces.contains(bounce + 1)) {
+      for (size_t i = 0; i < light.size(); ++i) {
+        for (size_t k = 0; k < 3; ++k) radiance_[i][k] += light[i][k];
+      }
+    }
+    const double before = largest(light);
+    tbb::parallel_for(size_t{0}, into_.size(), [&](size_t to) {
+      arriving[to] = dark;
+      const Links& links = into_[to];
+      for (size_t k = 0; k < links.from.size(); ++k) {
+        links.matrix[k].add_to(arriving[to], light[links.from[k]]);
+      }
+    });
+    elements_.push(arriving);
+    for (size_t i = 0; i < light.size(); ++i) {
+      for (size_t k = 0; k < 3; ++k) {
+        light[i][k] = arriving[i][k] * elements_.faces()[elements_[i].face].reflectance;
+      }
+    }
+    const double after = largest(light), fading = after / before;
+    if (after <= 0.0 || (fading < 1.0 && after / (1.0 - fading) < negligible * first)) return;
+    if (bounce == endless) throw std::runtime_error("light doesn't fade: all reflects everything");
+  }
+}
+
+Rgb Solution::gather(Eye& eye) const {
+  Rgb sum(0.0);
+  std::vector<const Cone*> cones;
+  for (size_t face = 0; face < elements_.faces().list().size(); ++face) {
+    const int root = elements_.root(face);
+    if (root < 0 || !elements_.faces().view(eye.face(), face).is_any) continue;
+    eye.find_cones(face, cones);
+    sum += visit(eye, size_t(root), eye.relative(elements_[size_t(root)].outline()), cones, 0);
+  }
+  return sum;
+}
+
+// `cones`, from the first one that counts on, is left as it was.
+Rgb Solution::visit(Eye& eye, size_t from, const Convex& part, std::vector<const Cone*>& cones,
+                    size_t first_cone) const {
+  const Element& element = elements_[from];
+  const size_t end = cones.size();
+  Rgb sum(0.0);
+  bool is_hidden = false;
+  for (size_t i = first_cone; i < end; ++i) {
+    if (cones[i]->misses(part)) continue;
+    is_hidden = is_hidden || cones[i]->covers(part);
+    cones.push_back(cones[i]);
+  }
+  const double opening = resolution_.opening * (cones.size() > end ? 0.25 : 0.5);
+  const bool is_near = element.radius > opening * (element.center - eye.point()).length();
+  if (is_hidden) {
+    sum = Rgb(0.0);
+  } else if (is_near && element.has_children()) {
+    for (const int child : {element.child, element.child + 1}) {
+      sum +=
+          visit(eye, size_t(child), eye.relative(elements_[size_t(child)].outline()), cones, end);
+    }
+  } else {
+    const Face& face = elements_.faces()[element.face];
+    const Vec3 w =
+        eye.weights(element.face, part, std::span(cones).subspan(end), element.frame(face));
+    const Linear<Rgb>& l = radiance_[from];
+    sum = l[0] * w.x + l[1] * w.y + l[2] * w.z;
+  }
+  cones.resize(end);
+  return sum;
+}
+
+}  // namespace plumb::radiosity

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// The light that faces send to each other, bounce by bounce.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "radiosity/elements.h"
+#include "radiosity/eye.h"
+#include "radiosity/work.h"
+
+namespace plumb::radiosity {
+
+// Elements and clusters of two faces are linked where each is small as seen from the other
+// (Hanrahan, Salzman and Aupperle, "A rapid hierarchical radiosity algorithm", SIGGRAPH 1991), with
+// exact form factors and exact visibility from the Gauss points of the one that receives. Light of
+// n bounces goes through the links, becomes that of n + 1, and so on (Jacobi's iteration).
+class Solution {
+ public:
+  // Of the bounces that are wanted at what is seen, those with at least one reflection before.
+  // Throws Stopped; std::length_error if links would need more than `most_bytes`; and
+  // std::runtime_error if light doesn't fade.
+  Solution(const Elements& elements, const Resolution& resolution, const BounceRange& bounces,
+           size_t most_bytes, const Work& work);
+
+  size_t links() const { return links_; }
+
+  // Irradiance / pi that elements send to the eye.
+  Rgb gather(Eye& eye) const;
+
+ private:
+  struct Links {
+    std::vector<uint32_t> from;
+    std::vector<Matrix> matrix;
+  };
+
+  void connect(size_t to, std::vector<uint32_t> candidates, const Work& work);
+  bool are_far(size_t to, size_t from) const;
+  bool may_be_blocked(size_t to, size_t from) const;
+  void fill(size_t to, Eye& eye);
+  Linear<Rgb> direct(Eye& eye, const Element& element, int depth) const;
+  void bounce(const BounceRange& bounces, const Work& work);
+  Rgb visit(Eye& eye, size_t from, const Convex& part, std::vector<const Cone*>& cones,
+            size_t first_cone) const;
+
+  const Elements& elements_;
+  Resolution resolution_;
+  std::vector<Links> into_;  // for each element
+  size_t links_ = 0;
+  std::vector<Linear<Rgb>> radiance_;  // for each element
+};
+
+}  // namespace plumb::radiosity

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// Radiosity meets closed forms, keeps energy, and agrees with path tracing, with which it shares
+// nothing but the scene model.
+#include "radiosity/radiosity.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <stdexcept>
+
+#include "radiosity/elements.h"
+#include "radiosity/eye.h"
+#include "radiosity/faces.h"
+#include "radiosity/solution.h"
+#include "scene_files/scene_reader.h"
+#include "tests/test_scenes.h"
+
+namespace plumb::radiosity {
+namespace {
+
+using test::diffuse;
+using test::parallelogram;
+using test::polygon;
+
+constexpr double pi = std::numbers::pi;
+constexpr size_t enough = size_t{1} << 30;
+const Work quiet{[](const std::string&) {}, nullptr};
+
+Scene scene_of(std::vector<Shape> shapes) {
+  Scene scene;
+  scene.camera = test::camera({0.1, -0.2, 0.3}, {0.4, 0.5, -0.6}, 70.0);
+  scene.shapes = std::move(shapes);
+  return scene;
+}
+
+// A floor of unit size around the origin, whose middle looks up.
+Shape unit_floor(const Bsdf& bsdf = diffuse(0.5)) {
+  return parallelogram({-0.5, -0.5, 0.0}, {1, 0, 0}, {0, 1, 0}, bsdf);
+}
+
+// A black square of side 2 above it, which shines down.
+Shape lamp(double height = 1.0) {
+  return parallelogram({-1, -1, height}, {0, 2, 0}, {2, 0, 0}, diffuse(0.0), 1.0);
+}
+
+// The form factor from a point to a parallel rectangle, a corner of which is straight above, with
+// sides of a and b times its height.
+double corner_factor(double a, double b) {
+  const double x = std::sqrt(1.0 + a * a), y = std::sqrt(1.0 + b * b);
+  return (a / x * std::atan(b / x) + b / y * std::atan(a / y)) / (2.0 * pi);
+}
+
+// Irradiance / pi at a point of the first face.
+double arriving(const std::vector<Shape>& shapes, const Vec3& point = Vec3(0.0)) {
+  const Faces faces(scene_of(shapes));
+  Eye eye(faces);
+  eye.move_to(0, point);
+  return eye.direct().x;
+}
+
+// The mean of what arrives over the first face, by Gauss points of 2^depth parts.
+double mean_arriving(const std::vector<Shape>& shapes, int depth) {
+  const Faces faces(scene_of(shapes));
+  Eye eye(faces);
+  std::vector<Element> parts{Element(faces, 0, faces[0].outline.corners)};
+  for (int i = 0; i < depth; ++i) {
+    std::vector<Element> halves;
+    for (const Element& part : parts) {
+      for (const Element& half : part.halves(faces)) halves.push_back(half);
+    }
+    parts = halves;
+  }
+  double sum = 0.0, area = 0.0;
+  for (const Element& part : parts) {
+    for (size_t q = 0; q < size_t(part.points); ++q) {
+      eye.move_to(0, part.point[q]);
+      sum += eye.direct().x * part.area[q];
+      area += part.area[q];
+    }
+  }
+  return sum / area;
+}
+
+Picture draw_level(const Scene& scene, int level) {
+  Settings settings{.bounces = scene.request.bounces, .most_bytes = enough};
+  settings.level = level;
+  return draw(scene, settings, quiet);
+}
+
+TEST(FormFactor, MeetsTheFormulaOfARectangleAboveACorner) {
+  for (const double a : {1e-6, 0.01, 0.3, 1.0, 7.0, 1e4}) {
+    for (const double b : {1e-6, 0.2, 1.0, 30.0}) {
+      Convex rectangle;
+      for (const Vec3& c : {Vec3(0, 0, 1), {0, b, 1}, {a, b, 1}, {a, 0, 1}}) rectangle.add(c);
+      // Rounding of directions, over the size of what is seen.
+      EXPECT_NEAR(form_factor({0, 0, 1}, rectangle) / corner_factor(a, b), 1.0,
+                  1e-13 + 1e-16 / std::min({a, b, 1.0}))
+          << a << " x " << b;
+    }
+  }
+}
+
+// Howell's catalogue, C-11 and C-14, for squares.
+TEST(FormFactor, BetweenPlatesIsThatOfTheCatalogue) {
+  const double parallel =
+      2.0 / pi *
+      (std::log(2.0 / std::sqrt(3.0)) + 2.0 * std::sqrt(2.0) * std::atan(1.0 / std::sqrt(2.0)) -
+       pi / 2.0);
+  const double perpendicular =
+      (pi / 2.0 - std::sqrt(2.0) * std::atan(1.0 / std::sqrt(2.0)) + 0.25 * std::log(0.75)) / pi;
+  const Shape above = parallelogram({-0.5, -0.5, 1}, {0, 1, 0}, {1, 0, 0}, diffuse(0.0), 1.0);
+  const Shape beside = parallelogram({-0.5, -0.5, 0}, {0, 1, 0}, {0, 0, 1}, diffuse(0.0), 1.0);
+  EXPECT_NEAR(mean_arriving({unit_floor(), above}, 8), parallel, 1e-9);
+  // At the common edge it falls from 1/2 with the distance's root's slope: that is cut in parts.
+  EXPECT_NEAR(mean_arriving({unit_floor(), beside}, 14), perpendicular, 1e-5);
+}
+
+TEST(FormFactor, IsReciprocal) {
+  const std::vector<Vec3> small{{0.1, 0.3, 1.0}, {0.2, 0.9, 1.2}, {0.8, 0.4, 0.9}};
+  const Shape floor = unit_floor(), triangle = polygon(small, diffuse(0.5));
+  Shape shining_floor = floor, shining_triangle = triangle;
+  shining_floor.radiance = shining_triangle.radiance = Rgb(1.0);
+  const double area = (small[1] - small[0]).cross(small[2] - small[0]).length() / 2.0;
+  const double down = mean_arriving({floor, shining_triangle}, 10);
+  const double up = mean_arriving({triangle, shining_floor}, 10);
+  EXPECT_GT(down, 0.01);
+  EXPECT_NEAR(down, up * area, 1e-9);
+}
+
+TEST(Visibility, HoldsInHardCases) {
+  const Bsdf black = diffuse(0.0);
+  const double whole = 4.0 * corner_factor(1, 1), half = whole / 2.0;
+  // At half the height, what is half as large hides as much.
+  const Shape left = parallelogram({-0.5, -0.5, 0.5}, {0.5, 0, 0}, {0, 1, 0}, black);
+  const Shape right = parallelogram({0, -0.5, 0.5}, {0.5, 0, 0}, {0, 1, 0}, black);
+  const Shape turned = parallelogram({-0.5, 0.5, 0.5}, {0.5, 0, 0}, {0, -1, 0}, black);
+  const auto strip = [&](double x, double width) {
+    return parallelogram({x, -3, 0.5}, {width, 0, 0}, {0, 6, 0}, black);
+  };
+  const auto wall = [&](double x, double low, double high) {
+    return parallelogram({x, -3, low}, {0, 6, 0}, {0, 0, high - low}, black);
+  };
+  const auto strip_factor = [](double from, double to) {  // of the lamp from x to x
+    return 2.0 * (corner_factor(to, 1) - corner_factor(from, 1));
+  };
+  const struct {
+    const char* name;
+    std::vector<Shape> obstacles;
+    double expected;
+  } cases[] = {
+      {"nothing", {}, whole},
+      {"half", {left}, half},
+      {"its back", {turned}, half},
+      {"twice the same", {left, left, turned}, half},
+      {"nested", {left, parallelogram({-0.4, -0.1, 0.6}, {0.1, 0, 0}, {0, 0.1, 0}, black)}, half},
+      {"two that touch", {left, right}, 0.0},
+      {"two that overlap", {strip(-1, 1.1), strip(-0.1, 1.1)}, 0.0},
+      {"in the lamp's plane", {parallelogram({-2, -2, 1}, {4, 0, 0}, {0, 4, 0}, black)}, whole},
+      {"in the lamp's plane, turned", {parallelogram({-2, -2, 1}, {0, 4, 0}, {4, 0, 0}, black)},
+       whole},
+      {"touches the lamp", {wall(1, 0.5, 1)}, whole},
+      {"hangs from the lamp's middle, seen edge on", {wall(0, 0.5, 1)}, whole},
+      {"through the lamp: beyond it nothing counts",
+       {polygon({{0, -9, 0.5}, {2, -9, 2.5}, {2, 9, 2.5}, {0, 9, 0.5}}, black)},
+       whole - strip_factor(0, 0.5)},
+      {"just behind the lamp", {parallelogram({-2, -2, 1 + 1e-6}, {4, 0, 0}, {0, 4, 0}, black)},
+       whole},
+      {"just before the lamp", {parallelogram({-2, -2, 1 - 1e-6}, {4, 0, 0}, {0, 4, 0}, black)},
+       0.0},
+      {"in the floor's plane", {parallelogram({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}, black)}, whole},
+      {"through the floor", {wall(0.5, -1, 3)}, whole - strip_factor(0.5, 1)},
+      {"thin", {strip(-1e-8, 1e-8), strip(0.2, 1e-7)},
+       whole - strip_factor(0, 2e-8) - strip_factor(0.4, 0.4 + 2e-7)},
+      {"through each other",
+       {polygon({{-0.5, -9, 0.4}, {-0.5, 9, 0.4}, {0, 9, 0.6}, {0, -9, 0.6}}, black),
+        polygon({{-0.5, -9, 0.6}, {-0.5, 9, 0.6}, {0, 9, 0.4}, {0, -9, 0.4}}, black)},
+       half},
+  };
+  for (const auto& c : cases) {
+    std::vector<Shape> shapes{unit_floor(), lamp()};
+    shapes.insert(shapes.end(), c.obstacles.begin(), c.obstacles.end());
+    // Closer than 1e-13 of the scene's size things touch, and it is ten times as large as the lamp.
+    EXPECT_NEAR(arriving(shapes), c.expected, 2e-12) << c.name;
+  }
+}
+
+// Closed rooms in which every surface emits what it doesn't reflect: nothing but radiance 1 keeps
+// the balance of energy, at any point and bounce by bounce.
+TEST(Energy, IsKeptInClosedRooms) {
+  std::vector<Shape> walls = test::room({-1, -1, -1}, {1, 1, 1}, diffuse(0.0));
+  for (size_t i = 0; i < walls.size(); ++i) {
+    walls[i].bsdf.reflectance = Rgb(0.3, 0.1 * double(i), 0.9);
+    walls[i].radiance = Rgb(1.0) - walls[i].bsdf.reflectance;
+  }
+  std::vector<Shape> with_things = walls;
+  with_things.push_back(parallelogram({-0.5, -0.4, -0.3}, {0.7, 0.2, 0.1}, {0.1, 0.2, 0.6},
+                                      diffuse(0.6, true), 0.4));
+  with_things.push_back(polygon({{0.1, -1, 0.1}, {0.9, 0.2, 0.3}, {-0.9, 1, 0.2}}, diffuse(1.0, true)));
+  // Its back, which emits nothing, has to be as bright.
+  with_things[6].bsdf.reflectance = Rgb(1.0);
+  with_things[6].radiance = Rgb(0.0);
+  for (const auto& shapes : {walls, with_things}) {
+    const Scene scene = scene_of(shapes);
+    const Faces faces(scene);
+    const Resolution resolution = Resolution::level(0);
+    const Elements elements(faces, resolution, enough);
+    const Solution solution(elements, resolution, {}, enough, quiet);
+    Eye eye(faces);
+    for (size_t face = 0; face < faces.list().size(); ++face) {
+      const auto& corners = faces[face].outline.corners;
+      const Vec3 middle = corners[0] * 0.3 + corners[1] * 0.45 + corners[2] * 0.25;
+      eye.move_to(face, middle);
+      const Rgb all = eye.direct() + solution.gather(eye);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(all[c], 1.0, 1e-10) << face << ", channel " << c;
+    }
+  }
+}
+
+TEST(Radiosity, MeetsScenesThatStressPathTracers) {
+  const struct {
+    const char* name;
+    double radiance;
+  } cases[] = {{"ceiling_lamp", 0.39686329}, {"grazing_lamp", 0.39738751},
+               {"edge_on_lamp", 0.10366525}, {"edge_pixel", 0.5},
+               {"coplanar", 1.0},            {"touching_box", 1.0},
+               {"corner_camera", 1.0},       {"long_paths", 1.0}};
+  for (const auto& c : cases) {
+    const Scene scene = read_scene(std::string(PLUMB_SCENES "/stress/") + c.name + ".xml");
+    const Picture picture = draw_level(scene, 1);
+    const double mean = std::accumulate(picture.rgb.begin(), picture.rgb.end(), 0.0) /
+                        double(picture.rgb.size());
+    EXPECT_NEAR(mean, c.radiance, 2e-7 * c.radiance) << c.name;
+  }
+}
+
+// A room with a lamp, a block and a sheet that is matte on both sides.
+Scene small_room() {
+  std::vector<Shape> shapes = test::room({-1, -1, -1}, {1, 1, 1}, diffuse(0.6));
+  shapes[0].bsdf.reflectance = Rgb(0.8, 0.3, 0.1);
+  shapes[4].bsdf.reflectance = Rgb(0.1, 0.7, 0.3);
+  shapes.push_back(parallelogram({-0.3, 0.97, -0.3}, {0.5, 0, 0}, {0, 0, 0.6}, diffuse(0.2), 5.0));
+  for (Shape& side : test::room({0.6, -0.4, 0.1}, {0.1, -1.0, 0.7}, diffuse(0.7))) {
+    shapes.push_back(side);
+  }
+  shapes.push_back(polygon({{-0.8, -0.9, -0.5}, {-0.3, -0.7, 0.4}, {-0.6, 0.1, 0.2}}, diffuse(0.5, true)));
+  Scene scene;
+  scene.shapes = shapes;
+  scene.camera = test::camera({0.2, 0.1, -0.95}, {0, -0.3, 0.5}, 80.0, 24);
+  return scene;
+}
+
+// By another method that shares no code: within four standard errors, and what radiosity says of
+// itself.
+void expect_agreement(Scene scene, const BounceRange& bounces, int level) {
+  scene.request.bounces = bounces;
+  const Picture picture = draw_level(scene, level);
+  const Settings exact{};
+  (void)exact;
+  const plumb::Settings settings{.precision = Precision::float64, .seed = 1, .bounces = bounces};
+  const Film film = test::render_film(scene, settings, {0, 4096});
+  const std::vector<float> mean = film.mean(), variance = film.variance();
+  const int size = scene.camera.width, half = size / 2;
+  for (int quadrant = 0; quadrant < 4; ++quadrant) {
+    double off = 0.0, noise = 0.0, sum = 0.0;
+    for (int y = 0; y < half; ++y) {
+      for (int x = 0; x < half; ++x) {
+        const int pixel = (y + quadrant / 2 * half) * size + x + quadrant % 2 * half;
+        for (size_t c = 0; c < 3; ++c) {
+          const size_t i = size_t(pixel) * 3 + c;
+          off += double{picture.rgb[i]} - double{mean[i]};
+          sum += double{mean[i]};
+          noise += std::sqrt(double{variance[i]} * 3.0) / std::sqrt(3.0);
+        }
+      }
+    }
+    (void)noise;
+    double squared = 0.0;
+    for (const float v : variance) squared += double{v};
+    EXPECT_LE(std::abs(off), 4.0 * std::sqrt(3.0 * squared / 4.0) + picture.image_floor * sum)
+        << "bounces from " << bounces.first << ", quadrant " << quadrant;
+  }
+}
+
+}  // namespace
+}  // namespace plumb::radiosity
