@@ -72,6 +72,8 @@ void join(const Element& parent, Element& child, const Face& face) {
                             Vec3(0.0, 0.0, shrink)};
 }
 
+using Segment = std::array<Vec3, 2>;
+
 double distance(const Vec3& point, const Vec3& a, const Vec3& b) {
   const Vec3 along = b - a;
   const double t = std::clamp((point - a).dot(along) / along.length2(), 0.0, 1.0);
@@ -80,8 +82,8 @@ double distance(const Vec3& point, const Vec3& a, const Vec3& b) {
 
 // The edges of whatever is before the plane of a face: there its light changes fast, if they are
 // near.
-std::vector<std::array<Vec3, 2>> edges_before(const Faces& faces, size_t face) {
-  std::vector<std::array<Vec3, 2>> edges;
+std::vector<Segment> edges_before(const Faces& faces, size_t face) {
+  std::vector<Segment> edges;
   for (size_t polygon = 0; polygon < faces.polygon_count(); ++polygon) {
     const Place place = faces.place(face, polygon);
     if (place == Place::behind || place == Place::inside) continue;
@@ -89,6 +91,56 @@ std::vector<std::array<Vec3, 2>> edges_before(const Faces& faces, size_t face) {
     for (size_t i = 0; i < c.size(); ++i) edges.push_back({c[i], c[(i + 1) % c.size()]});
   }
   return edges;
+}
+
+// Where a face is touched, or almost, by what stands on it, or goes through it.
+std::vector<Segment> contacts(const Faces& faces, size_t face, double almost) {
+  std::vector<Segment> segments;
+  const Face& on = faces[face];
+  const auto height = [&](const Vec3& point) { return on.normal.dot(point) - on.offset; };
+  for (size_t polygon = 0; polygon < faces.polygon_count(); ++polygon) {
+    const Place place = faces.place(face, polygon);
+    if (place == Place::behind || polygon == on.polygon) continue;
+    Convex part;
+    for (const Vec3& corner : faces.front(polygon).outline.corners) part.add(corner);
+    if (place == Place::across) part = cut(part, on.normal, on.offset, faces.slack()).before;
+    for (int i = 0; i < part.size; ++i) {
+      const Vec3& a = part.corners[size_t(i)];
+      const Vec3& b = part.corners[size_t((i + 1) % part.size)];
+      if (std::max(height(a), height(b)) > almost) continue;
+      segments.push_back({a - on.normal * height(a), b - on.normal * height(b)});
+    }
+  }
+  return segments;
+}
+
+// A face cut along these: so no element is half in the dark below what stands there.
+std::vector<Convex> pieces_of(const Faces& faces, size_t face, double almost) {
+  std::vector<Convex> pieces(1);
+  for (const Vec3& corner : faces[face].outline.corners) pieces[0].add(corner);
+  for (const auto& [a, b] : contacts(faces, face, almost)) {
+    const Vec3 across = faces[face].normal.cross(b - a).normalized(), along = (b - a).normalized();
+    const size_t count = pieces.size();
+    for (size_t i = 0; i < count; ++i) {
+      const Parts parts = cut(pieces[i], across, across.dot(a), faces.slack());
+      if (parts.before.size == 0 || parts.behind.size == 0) continue;
+      const Parts to_b = cut(parts.before, -along, -along.dot(b), faces.slack());
+      if (cut(to_b.before, along, along.dot(a), faces.slack()).before.size == 0) continue;
+      pieces[i] = parts.before;
+      pieces.push_back(parts.behind);
+    }
+  }
+  return pieces;
+}
+
+std::vector<std::vector<Vec3>> quadrilaterals_of(const Convex& piece) {
+  std::vector<std::vector<Vec3>> parts;
+  const auto& c = piece.corners;
+  for (int i = 2; i < piece.size; i += 2) {
+    parts.push_back({c[0], c[size_t(i - 1)], c[size_t(i)]});
+    if (i + 1 < piece.size) parts.back().push_back(c[size_t(i + 1)]);
+  }
+  return parts;
 }
 
 }  // namespace
@@ -155,24 +207,24 @@ Resolution Resolution::level(int n) {
           .opening = 0.7 * std::pow(finer, 0.25)};
 }
 
-Elements::Elements(const Faces& faces, const Resolution& resolution, size_t most)
-    : faces_(faces), root_of_(faces.list().size(), -1) {
+Elements::Elements(const Faces& faces, const Resolution& resolution, size_t most) : faces_(faces) {
   for (size_t face = 0; face < faces.list().size(); ++face) {
     if (!faces[face].reflects()) continue;
-    root_of_[face] = static_cast<int>(list_.size());
-    list_.emplace_back(faces, face, faces[face].outline.corners);
+    for (const Convex& piece : pieces_of(faces, face, resolution.smallest / 4.0 * faces.size())) {
+      for (const auto& outline : quadrilaterals_of(piece)) list_.emplace_back(faces, face, outline);
+    }
   }
   roots_ = list_.size();
   split(resolution, most);
 }
 
 void Elements::split(const Resolution& resolution, size_t most) {
-  std::vector<std::vector<std::array<Vec3, 2>>> edges(root_of_.size());
+  std::vector<std::vector<Segment>> edges(faces_.list().size());
   for (size_t face = 0; face < edges.size(); ++face) edges[face] = edges_before(faces_, face);
   for (size_t i = 0; i < list_.size(); ++i) {
     const Element parent = list_[i];
     const double radius = parent.radius / faces_.size();
-    const auto is_near = [&](const std::array<Vec3, 2>& edge) {
+    const auto is_near = [&](const Segment& edge) {
       return parent.radius > resolution.grading * distance(parent.center, edge[0], edge[1]);
     };
     const bool is_large =

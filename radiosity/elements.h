@@ -74,8 +74,8 @@ class Elements {
   const Element& operator[](size_t i) const { return list_[i]; }
   size_t size() const { return list_.size(); }
   size_t leaves() const { return (list_.size() + roots_) / 2; }
-  // Of a face; -1: it reflects nothing.
-  int root(size_t face) const { return root_of_[face]; }
+  // Those that have no parent, the parts of faces that reflect: first to last - 1.
+  size_t roots() const { return roots_; }
 
   // From the leaves to their ancestors, or the other way round: what ancestors have is added.
   void pull(std::vector<Linear<Rgb>>& functions) const;
@@ -86,7 +86,6 @@ class Elements {
 
   const Faces& faces_;
   std::vector<Element> list_;
-  std::vector<int> root_of_;
   size_t roots_ = 0;
 };
 

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -42,10 +42,8 @@ Solution::Solution(const Elements& elements, const Resolution& resolution,
       resolution_(resolution),
       into_(elements.size()),
       radiance_(elements.size(), dark) {
-  std::vector<uint32_t> roots;
-  for (size_t face = 0; face < elements.faces().list().size(); ++face) {
-    if (elements.root(face) >= 0) roots.push_back(static_cast<uint32_t>(elements.root(face)));
-  }
+  std::vector<uint32_t> roots(elements.roots());
+  std::iota(roots.begin(), roots.end(), 0U);
   work.for_each("links", roots.size(), [&](size_t i) { connect(roots[i], roots, work); });
   for (const Links& links : into_) links_ += links.from.size();
   if (links_ * sizeof(Matrix) > most_bytes) {
@@ -194,11 +192,12 @@ void Solution::bounce(const BounceRange& bounces, const Work& work) {
 Rgb Solution::gather(Eye& eye) const {
   Rgb sum(0.0);
   std::vector<const Cone*> cones;
-  for (size_t face = 0; face < elements_.faces().list().size(); ++face) {
-    const int root = elements_.root(face);
-    if (root < 0 || !elements_.faces().view(eye.face(), face).is_any) continue;
-    eye.find_cones(face, cones);
-    sum += visit(eye, size_t(root), eye.relative(elements_[size_t(root)].outline()), cones, 0);
+  size_t face = elements_.faces().list().size();  // that of the cones; none yet
+  for (size_t root = 0; root < elements_.roots(); ++root) {
+    const Element& element = elements_[root];
+    if (!elements_.faces().view(eye.face(), element.face).is_any) continue;
+    if (element.face != face) eye.find_cones(face = element.face, cones);
+    sum += visit(eye, root, eye.relative(element.outline()), cones, 0);
   }
   return sum;
 }
