@@ -156,7 +156,6 @@ Element::Element(const Faces& faces, size_t on, std::span<const Vec3> outline)
   std::ranges::copy(outline, corners.begin());
   const Face& of = faces[face];
   add_points(*this, of.normal);
-  double whole = 0.0;
   center = Vec3(0.0);
   for (size_t q = 0; q < size_t(points); ++q) {
     center += point[q] * area[q];
@@ -204,7 +203,8 @@ Resolution Resolution::level(int n) {
   return {.smallest = finer / 32.0,
           .largest = std::sqrt(finer) / 12.0,
           .grading = 0.5,
-          .opening = 0.7 * std::pow(finer, 0.25)};
+          .opening = 0.7 * std::pow(finer, 0.25),
+          .tolerance = 4e-4 * finer * finer};
 }
 
 Elements::Elements(const Faces& faces, const Resolution& resolution, size_t most) : faces_(faces) {

@@ -33,8 +33,9 @@ struct Element {
   int size;  // corners: a triangle or a quadrilateral
   std::array<Vec3, 4> corners;
   Vec3 center;
-  double radius;   // of the circle around the centre that holds it
-  int child = -1;  // the first of two, which are neighbours; -1: none
+  double whole = 0.0;  // its area
+  double radius;       // of the circle around the centre that holds it
+  int child = -1;      // the first of two, which are neighbours; -1: none
 
   // Gauss points, exact for what two linear functions make; the area of each; and what its value
   // adds to the linear function that fits the values best.
@@ -58,8 +59,9 @@ struct Element {
 // How fine elements and links are. Level n has a third to half of the error of n - 1.
 struct Resolution {
   double smallest, largest;  // radius of an element, as a part of the scene's size
-  double grading;  // radius of an element over its distance from what may touch its face, at most
-  double opening;  // sum of two radii over their distance for a link, at most
+  double grading;    // radius of an element over its distance from what may touch its face, at most
+  double opening;    // sum of two radii over their distance for a link, at most
+  double tolerance;  // of light from a cluster, in parts of the mean radiance
   static Resolution level(int n);
 };
 

@@ -101,6 +101,12 @@ void Eye::move_to(size_t face, const Vec3& point) {
   std::ranges::fill(known_, 0);
 }
 
+bool Eye::sees_front(size_t face) const {
+  const Face& other = faces_[face];
+  return faces_.view(face_, face).is_any &&
+         other.normal.dot(point_) - other.offset > faces_.slack();
+}
+
 Convex Eye::relative(std::span<const Vec3> corners) const {
   Convex polygon;
   for (const Vec3& corner : corners) polygon.add(corner - point_);
@@ -139,9 +145,8 @@ void Eye::find_cones(size_t face, std::vector<const Cone*>& cones) {
 // Finds the visible pieces; returns the form factor to all of them.
 double Eye::see(size_t face, const Convex& part, std::span<const Cone* const> cones) {
   pieces_.assign(1, part);
-  const Vec3 &normal = faces_[face_].normal, &towards = faces_[face].normal;
-  if (towards.dot(point_) - faces_[face].offset <= faces_.slack()) pieces_.clear();  // its back
-  if (faces_.view(face_, face).is_cut && !pieces_.empty()) {
+  const Vec3& normal = faces_[face_].normal;
+  if (faces_.view(face_, face).is_cut) {
     pieces_.assign(1, cut(part, normal, 0.0, faces_.slack()).before);
     if (pieces_.front().size == 0) pieces_.clear();
   }
@@ -154,13 +159,21 @@ double Eye::see(size_t face, const Convex& part, std::span<const Cone* const> co
 Vec3 Eye::weights(size_t face, const Convex& part, std::span<const Cone* const> cones,
                   const Frame& frame) {
   constexpr int most_quarterings = 3;
-  const double factor = see(face, part, cones);
-  Middle middle;
-  for (const Convex& piece : pieces_) {
+  const Vec3 &normal = faces_[face_].normal, &towards = faces_[face].normal;
+  const auto add = [&](Middle& middle, const Convex& piece) {
     for (size_t i = 2; i < size_t(piece.size); ++i) {
-      add_triangle(middle, faces_[face_].normal, faces_[face].normal, piece.corners[0],
-                   piece.corners[i - 1], piece.corners[i], most_quarterings);
+      add_triangle(middle, normal, towards, piece.corners[0], piece.corners[i - 1],
+                   piece.corners[i], most_quarterings);
     }
+  };
+  Middle middle;
+  double factor = 0.0;
+  if (cones.empty() && !faces_.view(face_, face).is_cut) {
+    factor = form_factor(normal, part);
+    add(middle, part);
+  } else {
+    factor = see(face, part, cones);
+    for (const Convex& piece : pieces_) add(middle, piece);
   }
   if (middle.weight == 0.0) return {factor, 0.0, 0.0};
   const Vec3 offset = (middle.sum / middle.weight + point_ - frame.center) * (factor / frame.unit);
@@ -171,7 +184,7 @@ Rgb Eye::direct() {
   Rgb sum(0.0);
   std::vector<const Cone*> cones;
   for (const size_t lamp : faces_.lamps()) {
-    if (!faces_.view(face_, lamp).is_any) continue;
+    if (!sees_front(lamp)) continue;
     const Convex whole = relative(faces_[lamp].outline.corners);
     find_cones(lamp, cones);
     std::erase_if(cones, [&](const Cone* cone) { return cone->misses(whole); });

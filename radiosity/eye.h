@@ -37,6 +37,9 @@ class Eye {
   size_t face() const { return face_; }
   const Vec3& point() const { return point_; }
 
+  // Whether it is before the plane of a face, perhaps with something between.
+  bool sees_front(size_t face) const;
+
   // The cones of all that may stand before a face. They hold until the eye moves.
   void find_cones(size_t face, std::vector<const Cone*>& cones);
 

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -41,7 +42,8 @@ Solution::Solution(const Elements& elements, const Resolution& resolution,
     : elements_(elements),
       resolution_(resolution),
       into_(elements.size()),
-      radiance_(elements.size(), dark) {
+      radiance_(elements.size(), dark),
+      roughness_(elements.size(), 0.0) {
   std::vector<uint32_t> roots(elements.roots());
   std::iota(roots.begin(), roots.end(), 0U);
   work.for_each("links", roots.size(), [&](size_t i) { connect(roots[i], roots, work); });
@@ -57,6 +59,7 @@ Solution::Solution(const Elements& elements, const Resolution& resolution,
     if (!elements_[i].has_children()) radiance_[i] = direct(eyes.local(), elements_[i], 6);
   });
   bounce(bounces, work);
+  find_roughness();
 }
 
 bool Solution::are_far(size_t to, size_t from) const {
@@ -112,6 +115,7 @@ void Solution::fill(size_t to, Eye& eye) {
     size_t face = faces.list().size();  // that of the cones; none yet
     for (size_t k = 0; k < links.from.size(); ++k) {
       const Element& other = elements_[links.from[k]];
+      if (!eye.sees_front(other.face)) continue;
       if (other.face != face) eye.find_cones(face = other.face, cones);
       const Convex part = eye.relative(other.outline());
       before.clear();
@@ -189,17 +193,60 @@ void Solution::bounce(const BounceRange& bounces, const Work& work) {
   }
 }
 
+void Solution::find_roughness() {
+  double sum = 0.0, area = 0.0;
+  for (size_t i = elements_.size(); i-- > 0;) {
+    const Element& element = elements_[i];
+    const Face& face = elements_.faces()[element.face];
+    if (i < elements_.roots()) {
+      sum += radiance_[i][0].dot(Rgb(1.0)) * element.whole;
+      area += element.whole;
+    }
+    if (!element.has_children()) continue;
+    for (const int c : {element.child, element.child + 1}) {
+      const Element& child = elements_[size_t(c)];
+      double most = 0.0;
+      for (size_t q = 0; q < size_t(child.points); ++q) {
+        const Vec3 in = element.parts(face, child.point[q]),
+                   own = child.parts(face, child.point[q]);
+        Rgb off(0.0);
+        for (int k = 0; k < 3; ++k) {
+          off += radiance_[i][size_t(k)] * in[k] - radiance_[size_t(c)][size_t(k)] * own[k];
+        }
+        most = std::max(most, std::abs(off.x) + std::abs(off.y) + std::abs(off.z));
+      }
+      roughness_[i] = std::max(roughness_[i], roughness_[size_t(c)] + most);
+    }
+  }
+  typical_ = sum / area;
+}
+
 Rgb Solution::gather(Eye& eye) const {
   Rgb sum(0.0);
   std::vector<const Cone*> cones;
   size_t face = elements_.faces().list().size();  // that of the cones; none yet
   for (size_t root = 0; root < elements_.roots(); ++root) {
     const Element& element = elements_[root];
-    if (!elements_.faces().view(eye.face(), element.face).is_any) continue;
+    if (!eye.sees_front(element.face)) continue;
     if (element.face != face) eye.find_cones(face = element.face, cones);
     sum += visit(eye, root, eye.relative(element.outline()), cones, 0);
   }
   return sum;
+}
+
+// Whether the children would tell something else: by how much light arrives from the element at
+// most, how far from linear it is, and how much of that is told apart from where the eye is.
+bool Solution::is_rough(const Eye& eye, size_t from, bool may_be_hidden) const {
+  const Element& element = elements_[from];
+  const Faces& faces = elements_.faces();
+  const Vec3 towards = element.center - eye.point();
+  const double squared = towards.length2(), r = element.radius;
+  const double here = std::max(0.0, r + faces[eye.face()].normal.dot(towards));
+  const double there = std::max(0.0, r - faces[element.face].normal.dot(towards));
+  const double factor =
+      std::min(1.0, element.whole * here * there / (std::numbers::pi * squared * squared));
+  const double share = std::min(1.0, may_be_hidden ? 0.3 : r * r / squared);
+  return factor * share * roughness_[from] > resolution_.tolerance * typical_;
 }
 
 // `cones`, from the first one that counts on, is left as it was.
@@ -214,8 +261,7 @@ Rgb Solution::visit(Eye& eye, size_t from, const Convex& part, std::vector<const
     is_hidden = is_hidden || cones[i]->covers(part);
     cones.push_back(cones[i]);
   }
-  const double opening = resolution_.opening * (cones.size() > end ? 0.25 : 0.5);
-  const bool is_near = element.radius > opening * (element.center - eye.point()).length();
+  const bool is_near = is_rough(eye, from, cones.size() > end);
   if (is_hidden) {
     sum = Rgb(0.0);
   } else if (is_near && element.has_children()) {

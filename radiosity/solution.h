@@ -41,6 +41,8 @@ class Solution {
   void fill(size_t to, Eye& eye);
   Linear<Rgb> direct(Eye& eye, const Element& element, int depth) const;
   void bounce(const BounceRange& bounces, const Work& work);
+  void find_roughness();
+  bool is_rough(const Eye& eye, size_t from, bool may_be_hidden) const;
   Rgb visit(Eye& eye, size_t from, const Convex& part, std::vector<const Cone*>& cones,
             size_t first_cone) const;
 
@@ -49,6 +51,8 @@ class Solution {
   std::vector<Links> into_;  // for each element
   size_t links_ = 0;
   std::vector<Linear<Rgb>> radiance_;  // for each element
+  std::vector<double> roughness_;
+  double typical_ = 0.0;
 };
 
 }  // namespace plumb::radiosity
