@@ -198,46 +198,50 @@ std::array<Element, 2> Element::halves(const Faces& faces) const {
   return {half({c[0], c[1], b, e}), half({e, b, c[2], c[3]})};
 }
 
-Resolution Resolution::level(int n) {
-  const double finer = std::pow(0.5, n);
-  return {.smallest = finer / 32.0,
-          .largest = std::sqrt(finer) / 12.0,
-          .grading = 0.5,
-          .opening = 0.7 * std::pow(finer, 0.25),
-          .tolerance = 4e-4 * finer * finer};
-}
-
-Elements::Elements(const Faces& faces, const Resolution& resolution, size_t most) : faces_(faces) {
+Elements::Elements(const Faces& faces, size_t most) : faces_(faces), most_(most) {
+  // Radii, in parts of the scene's size; and over the distance from an edge.
+  constexpr double smallest = 1.0 / 32.0, largest = 1.0 / 12.0, grading = 0.5;
+  const double size = faces.size();
+  std::vector<std::vector<Segment>> edges;
   for (size_t face = 0; face < faces.list().size(); ++face) {
+    edges.push_back(edges_before(faces, face));
     if (!faces[face].reflects()) continue;
-    for (const Convex& piece : pieces_of(faces, face, resolution.smallest / 4.0 * faces.size())) {
+    for (const Convex& piece : pieces_of(faces, face, smallest / 4.0 * size)) {
       for (const auto& outline : quadrilaterals_of(piece)) list_.emplace_back(faces, face, outline);
     }
   }
   roots_ = list_.size();
-  split(resolution, most);
+  for (size_t i = 0; i < list_.size(); ++i) {
+    const Element& element = list_[i];
+    const auto is_near = [&](const Segment& edge) {
+      return element.radius > grading * distance(element.center, edge[0], edge[1]);
+    };
+    const bool is_split =
+        i < roots_ || element.radius > largest * size ||
+        (element.radius > smallest * size && std::ranges::any_of(edges[element.face], is_near));
+    if (is_split) split(i);
+  }
 }
 
-void Elements::split(const Resolution& resolution, size_t most) {
-  std::vector<std::vector<Segment>> edges(faces_.list().size());
-  for (size_t face = 0; face < edges.size(); ++face) edges[face] = edges_before(faces_, face);
-  for (size_t i = 0; i < list_.size(); ++i) {
-    const Element parent = list_[i];
-    const double radius = parent.radius / faces_.size();
-    const auto is_near = [&](const Segment& edge) {
-      return parent.radius > resolution.grading * distance(parent.center, edge[0], edge[1]);
-    };
-    const bool is_large =
-        radius > resolution.largest ||
-        (radius > resolution.smallest && std::ranges::any_of(edges[parent.face], is_near));
-    if (!is_large) continue;
-    if (list_.size() + 2 > most) {
-      throw std::length_error(
-          fmt::format("more than {} elements don't fit into half of the memory", most / 2));
-    }
-    list_[i].child = static_cast<int>(list_.size());
-    for (const Element& half : parent.halves(faces_)) list_.push_back(half);
+void Elements::refine(const std::vector<double>& unevenness, double allowed) {
+  const size_t count = list_.size();
+  for (size_t i = 0; i < count; ++i) {
+    if (list_[i].has_children() || unevenness[i] <= allowed) continue;
+    split(i);
+    const auto child = static_cast<size_t>(list_[i].child);
+    split(child);
+    split(child + 1);
   }
+}
+
+void Elements::split(size_t i) {
+  if (list_.size() + 2 > most_) {
+    throw std::length_error(
+        fmt::format("more than {} elements don't fit into half of the memory", leaves()));
+  }
+  const std::array<Element, 2> halves = list_[i].halves(faces_);
+  list_[i].child = static_cast<int>(list_.size());
+  list_.insert(list_.end(), halves.begin(), halves.end());
 }
 
 void Elements::pull(std::vector<Linear<Rgb>>& functions) const {

@@ -19,6 +19,11 @@ template <typename T>
 using Linear = std::array<T, 3>;
 const Linear<Rgb> dark{Rgb(0.0), Rgb(0.0), Rgb(0.0)};
 
+// Its value where its parts are these; or, of weights, what arrives.
+inline Rgb value(const Linear<Rgb>& function, const Vec3& parts) {
+  return function[0] * parts.x + function[1] * parts.y + function[2] * parts.z;
+}
+
 // Row i: what the parts of one linear function add to part i of another one.
 struct Matrix {
   std::array<Vec3, 3> rows{Vec3(0.0), Vec3(0.0), Vec3(0.0)};
@@ -56,20 +61,15 @@ struct Element {
   std::array<Element, 2> halves(const Faces& faces) const;
 };
 
-// How fine elements and links are. Level n has a third to half of the error of n - 1.
-struct Resolution {
-  double smallest, largest;  // radius of an element, as a part of the scene's size
-  double grading;    // radius of an element over its distance from what may touch its face, at most
-  double opening;    // sum of two radii over their distance for a link, at most
-  double tolerance;  // of light from a cluster, in parts of the mean radiance
-  static Resolution level(int n);
-};
-
 // Parents come before their children.
 class Elements {
  public:
-  // Throws std::length_error if there would be more than `most`.
-  Elements(const Faces& faces, const Resolution& resolution, size_t most);
+  // Coarse ones, finer near edges and contacts. They and their clusters never become more than
+  // `most`: instead std::length_error is thrown.
+  Elements(const Faces& faces, size_t most);
+
+  // Quarters those for which this number is larger than allowed.
+  void refine(const std::vector<double>& unevenness, double allowed);
 
   const Faces& faces() const { return faces_; }
   const std::vector<Element>& list() const { return list_; }
@@ -84,11 +84,11 @@ class Elements {
   void push(std::vector<Linear<Rgb>>& functions) const;
 
  private:
-  void split(const Resolution& resolution, size_t most);
+  void split(size_t i);
 
   const Faces& faces_;
   std::vector<Element> list_;
-  size_t roots_ = 0;
+  size_t roots_ = 0, most_;
 };
 
 }  // namespace plumb::radiosity

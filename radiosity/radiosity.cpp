@@ -33,14 +33,13 @@ class Artist {
   Picture draw(int level) {
     Picture picture;
     picture.level = level;
-    std::optional<Elements> elements;
     std::optional<Solution> solution;
     if (settings_.bounces.last >= 2) {
+      if (!elements_) elements_.emplace(faces_, settings_.most_bytes / sizeof(Element));
       const Resolution resolution = Resolution::level(level);
-      elements.emplace(faces_, resolution, settings_.most_bytes / sizeof(Element));
-      solution.emplace(*elements, resolution, settings_.bounces,
-                       settings_.most_bytes - elements->size() * sizeof(Element), work_);
-      picture.elements = elements->leaves();
+      solution.emplace(*elements_, resolution, settings_.bounces,
+                       settings_.most_bytes - elements_->size() * sizeof(Element), work_);
+      picture.elements = elements_->leaves();
       picture.links = solution->links();
     }
     const auto width = static_cast<size_t>(camera_.width);
@@ -50,6 +49,7 @@ class Artist {
       const Rgb sum = pixel(int(i % width), int(i / width), level, solution ? &*solution : nullptr);
       for (int c = 0; c < 3; ++c) picture.rgb[i * 3 + size_t(c)] = float(std::max(0.0, sum[c]));
     });
+    if (solution) elements_->refine(solution->unevenness(), Resolution::level(level).unevenness);
     return picture;
   }
 
@@ -83,6 +83,7 @@ class Artist {
   const Settings& settings_;
   const Work& work_;
   Pixels pixels_;
+  std::optional<Elements> elements_;
   tbb::enumerable_thread_specific<Eye> eyes_;
 };
 

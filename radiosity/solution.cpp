@@ -37,13 +37,20 @@ double largest(const std::vector<Linear<Rgb>>& functions) {
 
 }  // namespace
 
+Resolution Resolution::level(int n) {
+  const double part = std::pow(0.25, n);
+  return {
+      .opening = 0.7 * std::pow(part, 0.125), .tolerance = 4e-4 * part, .unevenness = 4e-4 * part};
+}
+
 Solution::Solution(const Elements& elements, const Resolution& resolution,
                    const BounceRange& bounces, size_t most_bytes, const Work& work)
     : elements_(elements),
       resolution_(resolution),
       into_(elements.size()),
       radiance_(elements.size(), dark),
-      roughness_(elements.size(), 0.0) {
+      roughness_(elements.size(), 0.0),
+      unevenness_(elements.size(), 0.0) {
   std::vector<uint32_t> roots(elements.roots());
   std::iota(roots.begin(), roots.end(), 0U);
   work.for_each("links", roots.size(), [&](size_t i) { connect(roots[i], roots, work); });
@@ -142,7 +149,7 @@ Linear<Rgb> Solution::direct(Eye& eye, const Element& element, int depth) const 
   }
   for (size_t q = 0; q < size_t(element.points); ++q) {
     const Vec3 parts = element.parts(face, element.point[q]);
-    const Rgb off = result[0] + result[1] * parts.y + result[2] * parts.z - values[q];
+    const Rgb off = value(result, parts) - values[q];
     for (int c = 0; c < 3; ++c) {
       most = std::max(most, values[q][c]);
       error = std::max(error, std::abs(off[c]));
@@ -195,30 +202,34 @@ void Solution::bounce(const BounceRange& bounces, const Work& work) {
 
 void Solution::find_roughness() {
   double sum = 0.0, area = 0.0;
-  for (size_t i = elements_.size(); i-- > 0;) {
-    const Element& element = elements_[i];
-    const Face& face = elements_.faces()[element.face];
-    if (i < elements_.roots()) {
-      sum += radiance_[i][0].dot(Rgb(1.0)) * element.whole;
-      area += element.whole;
-    }
-    if (!element.has_children()) continue;
-    for (const int c : {element.child, element.child + 1}) {
-      const Element& child = elements_[size_t(c)];
-      double most = 0.0;
-      for (size_t q = 0; q < size_t(child.points); ++q) {
-        const Vec3 in = element.parts(face, child.point[q]),
-                   own = child.parts(face, child.point[q]);
-        Rgb off(0.0);
-        for (int k = 0; k < 3; ++k) {
-          off += radiance_[i][size_t(k)] * in[k] - radiance_[size_t(c)][size_t(k)] * own[k];
-        }
-        most = std::max(most, std::abs(off.x) + std::abs(off.y) + std::abs(off.z));
-      }
-      roughness_[i] = std::max(roughness_[i], roughness_[size_t(c)] + most);
-    }
+  for (size_t i = 0; i < elements_.roots(); ++i) {
+    sum += radiance_[i][0].dot(Rgb(1.0)) * elements_[i].whole;
+    area += elements_[i].whole;
   }
   typical_ = sum / area;
+  for (size_t i = elements_.size(); i-- > 0;) {
+    if (!elements_[i].has_children()) continue;
+    for (const int c : {elements_[i].child, elements_[i].child + 1}) {
+      const auto child = static_cast<size_t>(c);
+      const double off = difference(i, child);
+      roughness_[i] = std::max(roughness_[i], roughness_[child] + off);
+      const double own = radiance_[child][0].dot(Rgb(1.0)) + 0.1 * typical_;
+      unevenness_[child] = off / own * elements_[child].radius / elements_.faces().size();
+    }
+  }
+}
+
+// Of the radiance of an element from its parent's, the largest at its Gauss points.
+double Solution::difference(size_t parent, size_t child) const {
+  const Element &whole = elements_[parent], &half = elements_[child];
+  const Face& face = elements_.faces()[half.face];
+  double most = 0.0;
+  for (size_t q = 0; q < size_t(half.points); ++q) {
+    const Rgb off = value(radiance_[parent], whole.parts(face, half.point[q])) -
+                    value(radiance_[child], half.parts(face, half.point[q]));
+    most = std::max(most, std::abs(off.x) + std::abs(off.y) + std::abs(off.z));
+  }
+  return most;
 }
 
 Rgb Solution::gather(Eye& eye) const {
@@ -273,8 +284,7 @@ Rgb Solution::visit(Eye& eye, size_t from, const Convex& part, std::vector<const
     const Face& face = elements_.faces()[element.face];
     const Vec3 w =
         eye.weights(element.face, part, std::span(cones).subspan(end), element.frame(face));
-    const Linear<Rgb>& l = radiance_[from];
-    sum = l[0] * w.x + l[1] * w.y + l[2] * w.z;
+    sum = value(radiance_[from], w);
   }
   cones.resize(end);
   return sum;

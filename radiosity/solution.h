@@ -12,6 +12,15 @@
 
 namespace plumb::radiosity {
 
+// How much the links and the gathering of light may get wrong: a level has a quarter of the error
+// of the one before.
+struct Resolution {
+  double opening;     // of a link: the sum of two radii over their distance, at most
+  double tolerance;   // of light from a cluster, in parts of the mean radiance
+  double unevenness;  // of elements, after which a finer solution has more of them
+  static Resolution level(int n);
+};
+
 // Elements and clusters of two faces are linked where each is small as seen from the other
 // (Hanrahan, Salzman and Aupperle, "A rapid hierarchical radiosity algorithm", SIGGRAPH 1991), with
 // exact form factors and exact visibility from the Gauss points of the one that receives. Light of
@@ -25,6 +34,11 @@ class Solution {
            size_t most_bytes, const Work& work);
 
   size_t links() const { return links_; }
+
+  // For each element without children, the difference of its radiance from what the larger one has
+  // there that it is a half of, in parts of its own or of a tenth of the mean, times its radius in
+  // parts of the scene's size.
+  const std::vector<double>& unevenness() const { return unevenness_; }
 
   // Irradiance / pi that elements send to the eye.
   Rgb gather(Eye& eye) const;
@@ -42,6 +56,7 @@ class Solution {
   Linear<Rgb> direct(Eye& eye, const Element& element, int depth) const;
   void bounce(const BounceRange& bounces, const Work& work);
   void find_roughness();
+  double difference(size_t parent, size_t child) const;
   bool is_rough(const Eye& eye, size_t from, bool may_be_hidden) const;
   Rgb visit(Eye& eye, size_t from, const Convex& part, std::vector<const Cone*>& cones,
             size_t first_cone) const;
@@ -51,7 +66,7 @@ class Solution {
   std::vector<Links> into_;  // for each element
   size_t links_ = 0;
   std::vector<Linear<Rgb>> radiance_;  // for each element
-  std::vector<double> roughness_;
+  std::vector<double> roughness_, unevenness_;
   double typical_ = 0.0;
 };
 
