@@ -74,25 +74,6 @@ void join(const Element& parent, Element& child, const Face& face) {
 
 using Segment = std::array<Vec3, 2>;
 
-double distance(const Vec3& point, const Vec3& a, const Vec3& b) {
-  const Vec3 along = b - a;
-  const double t = std::clamp((point - a).dot(along) / along.length2(), 0.0, 1.0);
-  return (point - a - along * t).length();
-}
-
-// The edges of whatever is before the plane of a face: there its light changes fast, if they are
-// near.
-std::vector<Segment> edges_before(const Faces& faces, size_t face) {
-  std::vector<Segment> edges;
-  for (size_t polygon = 0; polygon < faces.polygon_count(); ++polygon) {
-    const Place place = faces.place(face, polygon);
-    if (place == Place::behind || place == Place::inside) continue;
-    const auto& c = faces.front(polygon).outline.corners;
-    for (size_t i = 0; i < c.size(); ++i) edges.push_back({c[i], c[(i + 1) % c.size()]});
-  }
-  return edges;
-}
-
 // Where a face is touched, or almost, by what stands on it, or goes through it.
 std::vector<Segment> contacts(const Faces& faces, size_t face, double almost) {
   std::vector<Segment> segments;
@@ -202,35 +183,41 @@ Elements::Elements(const Faces& faces, size_t most) : faces_(faces), most_(most)
   // Radii, in parts of the scene's size; and over the distance from an edge.
   constexpr double smallest = 1.0 / 32.0, largest = 1.0 / 12.0, grading = 0.5;
   const double size = faces.size();
-  std::vector<std::vector<Segment>> edges;
   for (size_t face = 0; face < faces.list().size(); ++face) {
-    edges.push_back(edges_before(faces, face));
     if (!faces[face].reflects()) continue;
     for (const Convex& piece : pieces_of(faces, face, smallest / 4.0 * size)) {
-      for (const auto& outline : quadrilaterals_of(piece)) list_.emplace_back(faces, face, outline);
+      for (const auto& outline : quadrilaterals_of(piece)) add(Element(faces, face, outline));
     }
   }
   roots_ = list_.size();
   for (size_t i = 0; i < list_.size(); ++i) {
     const Element& element = list_[i];
-    const auto is_near = [&](const Segment& edge) {
-      return element.radius > grading * distance(element.center, edge[0], edge[1]);
-    };
-    const bool is_split =
-        i < roots_ || element.radius > largest * size ||
-        (element.radius > smallest * size && std::ranges::any_of(edges[element.face], is_near));
+    const bool is_split = i < roots_ || element.radius > largest * size ||
+                          (element.radius > smallest * size && element.nearness > grading);
     if (is_split) split(i);
   }
 }
 
-void Elements::refine(const std::vector<double>& unevenness, double allowed) {
-  const size_t count = list_.size();
-  for (size_t i = 0; i < count; ++i) {
+void Elements::add(Element element) {
+  double least = faces_.size();
+  for (size_t polygon = 0; polygon < faces_.polygon_count(); ++polygon) {
+    const Place place = faces_.place(element.face, polygon);
+    if (place != Place::before && place != Place::across) continue;
+    least = std::min(least, faces_.distance(element.center, polygon));
+  }
+  element.nearness = std::min(1.0, element.radius / least);
+  list_.push_back(element);
+}
+
+void Elements::refine(std::vector<double> unevenness, double allowed) {
+  for (size_t i = 0; i < list_.size(); ++i) {
     if (list_[i].has_children() || unevenness[i] <= allowed) continue;
     split(i);
-    const auto child = static_cast<size_t>(list_[i].child);
-    split(child);
-    split(child + 1);
+    for (const int child : {list_[i].child, list_[i].child + 1}) {
+      const Element& half = list_[size_t(child)];
+      unevenness.push_back(unevenness[i] * half.radius / list_[i].radius *
+                           std::pow(half.nearness / list_[i].nearness, 2));
+    }
   }
 }
 
@@ -241,7 +228,7 @@ void Elements::split(size_t i) {
   }
   const std::array<Element, 2> halves = list_[i].halves(faces_);
   list_[i].child = static_cast<int>(list_.size());
-  list_.insert(list_.end(), halves.begin(), halves.end());
+  for (const Element& half : halves) add(half);
 }
 
 void Elements::pull(std::vector<Linear<Rgb>>& functions) const {

@@ -38,9 +38,10 @@ struct Element {
   int size;  // corners: a triangle or a quadrilateral
   std::array<Vec3, 4> corners;
   Vec3 center;
-  double whole = 0.0;  // its area
-  double radius;       // of the circle around the centre that holds it
-  int child = -1;      // the first of two, which are neighbours; -1: none
+  double whole = 0.0;     // its area
+  double radius;          // of the circle around the centre that holds it
+  double nearness = 0.0;  // radius over distance from the nearest edge before the face; at most 1
+  int child = -1;         // the first of two, which are neighbours; -1: none
 
   // Gauss points, exact for what two linear functions make; the area of each; and what its value
   // adds to the linear function that fits the values best.
@@ -69,7 +70,7 @@ class Elements {
   Elements(const Faces& faces, size_t most);
 
   // Quarters those for which this number is larger than allowed.
-  void refine(const std::vector<double>& unevenness, double allowed);
+  void refine(std::vector<double> unevenness, double allowed);
 
   const Faces& faces() const { return faces_; }
   const std::vector<Element>& list() const { return list_; }
@@ -84,6 +85,7 @@ class Elements {
   void push(std::vector<Linear<Rgb>>& functions) const;
 
  private:
+  void add(Element element);
   void split(size_t i);
 
   const Faces& faces_;

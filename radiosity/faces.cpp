@@ -58,6 +58,12 @@ Place place_of(const Polygon& polygon, const Face& face, double slack) {
   return least >= -slack ? Place::before : Place::across;
 }
 
+double distance(const Vec3& point, const Vec3& a, const Vec3& b) {
+  const Vec3 along = b - a;
+  const double t = std::clamp((point - a).dot(along) / along.length2(), 0.0, 1.0);
+  return (point - a - along * t).length();
+}
+
 Face make_face(const Polygon& outline, const Shape& shape, size_t polygon) {
   const auto& c = outline.corners;
   Face face{.outline = outline,
@@ -113,6 +119,15 @@ void Faces::find_places() {
 bool Faces::is_on_top(size_t polygon, size_t face) const {
   if (polygon >= faces_[face].polygon || place(face, polygon) != Place::inside) return false;
   return has_back_[polygon] || front(polygon).normal.dot(faces_[face].normal) > 0.0;
+}
+
+double Faces::distance(const Vec3& point, size_t polygon) const {
+  const auto& c = front(polygon).outline.corners;
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < c.size(); ++i) {
+    least = std::min(least, radiosity::distance(point, c[i], c[(i + 1) % c.size()]));
+  }
+  return least;
 }
 
 View Faces::find_view(size_t from, size_t to) const {

@@ -61,6 +61,8 @@ class Faces {
   // False if nothing of the polygon is between two flat things: both are on one side of its plane,
   // or it is outside of the box that holds both. True may be wrong.
   bool may_block(size_t polygon, std::span<const Vec3> a, std::span<const Vec3> b) const;
+  // From the edges of a polygon.
+  double distance(const Vec3& point, size_t polygon) const;
   // Whether, in the same plane, the polygon lies on top of the face.
   bool is_on_top(size_t polygon, size_t face) const;
 

@@ -39,8 +39,10 @@ double largest(const std::vector<Linear<Rgb>>& functions) {
 
 Resolution Resolution::level(int n) {
   const double part = std::pow(0.25, n);
-  return {
-      .opening = 0.7 * std::pow(part, 0.125), .tolerance = 4e-4 * part, .unevenness = 4e-4 * part};
+  return {.opening = 0.7 * std::pow(part, 0.125),
+          .tolerance = 4e-4 * part,
+          .unevenness = (getenv("T0") ? atof(getenv("T0")) : 2e-3) *
+                        (getenv("TP") ? pow(atof(getenv("TP")), n) : part)};
 }
 
 Solution::Solution(const Elements& elements, const Resolution& resolution,
@@ -69,19 +71,39 @@ Solution::Solution(const Elements& elements, const Resolution& resolution,
   find_roughness();
 }
 
-bool Solution::are_far(size_t to, size_t from) const {
+// Which of the two to take in halves: the one that links would be too coarse for; neither, if a
+// link does. Shadows are sharp on what is near the thing that casts them.
+Solution::Halving Solution::halving(size_t to, size_t from) const {
   const Element &a = elements_[to], &b = elements_[from];
+  const bool is_smaller = b.has_children() && (!a.has_children() || b.radius > a.radius);
+  const Halving larger = is_smaller         ? Halving::sender
+                         : a.has_children() ? Halving::receiver
+                                            : Halving::neither;
   const double part = (a.radius + b.radius) / (a.center - b.center).length();
-  if (part > resolution_.opening) return false;
-  return part <= 0.5 * resolution_.opening || !may_be_blocked(to, from);
-}
-
-bool Solution::may_be_blocked(size_t to, size_t from) const {
-  const Element &a = elements_[to], &b = elements_[from];
+  if (part > resolution_.opening || larger == Halving::neither) return larger;
   const Faces& faces = elements_.faces();
-  return std::ranges::any_of(faces.view(a.face, b.face).obstacles, [&](int polygon) {
-    return faces.may_block(size_t(polygon), a.outline(), b.outline());
-  });
+  {
+    static const double tr = getenv("TR") ? atof(getenv("TR")) : 1e-3;
+    const Vec3 towards = b.center - a.center; const double sq = towards.length2();
+    const double here = std::max(0.0, a.radius + b.radius + faces[a.face].normal.dot(towards));
+    const double there = std::max(0.0, a.radius + b.radius - faces[b.face].normal.dot(towards));
+    const double factor = std::min(1.0, b.whole * here * there / (std::numbers::pi * sq * sq));
+    if (a.has_children() && factor * a.radius * a.radius / sq > tr) return Halving::receiver;
+  }
+  static const double tn = getenv("TN") ? atof(getenv("TN")) : 0.5;
+  static const bool bn = getenv("BN");
+  for (const int q : faces.view(a.face, b.face).obstacles) {
+    const auto polygon = static_cast<size_t>(q);
+    if (!faces.may_block(polygon, a.outline(), b.outline())) continue;
+    if (part > 0.5 * resolution_.opening) return larger;
+    if (a.has_children() && a.radius > tn * faces.distance(a.center, polygon)) {
+      return Halving::receiver;
+    }
+    if (bn && b.has_children() && b.radius > tn * faces.distance(b.center, polygon)) {
+      return Halving::sender;
+    }
+  }
+  return Halving::neither;
 }
 
 void Solution::connect(size_t to, std::vector<uint32_t> candidates, const Work& work) {
@@ -94,14 +116,12 @@ void Solution::connect(size_t to, std::vector<uint32_t> candidates, const Work& 
     candidates.pop_back();
     const Element& other = elements_[from];
     if (!see_each_other(elements_.faces(), element, other)) continue;
-    const bool is_divisible = element.has_children() || other.has_children();
-    if (!is_divisible || are_far(to, from)) {
-      links.push_back(from);
-    } else if (other.has_children() && (!element.has_children() || other.radius > element.radius)) {
-      candidates.push_back(static_cast<uint32_t>(other.child));
-      candidates.push_back(static_cast<uint32_t>(other.child + 1));
-    } else {
-      for_children.push_back(from);
+    switch (halving(to, from)) {
+      case Halving::neither: links.push_back(from); break;
+      case Halving::receiver: for_children.push_back(from); break;
+      case Halving::sender:
+        candidates.push_back(static_cast<uint32_t>(other.child));
+        candidates.push_back(static_cast<uint32_t>(other.child + 1));
     }
   }
   std::ranges::sort(links, {}, [&](uint32_t i) { return std::pair(elements_[i].face, i); });
@@ -214,7 +234,10 @@ void Solution::find_roughness() {
       const double off = difference(i, child);
       roughness_[i] = std::max(roughness_[i], roughness_[child] + off);
       const double own = radiance_[child][0].dot(Rgb(1.0)) + 0.1 * typical_;
-      unevenness_[child] = off / own * elements_[child].radius / elements_.faces().size();
+      unevenness_[child] = off / own * std::pow(elements_[child].nearness, 2) *
+                           (getenv("P1") ? pow(elements_[child].radius / elements_.faces().size(),
+                                               atof(getenv("P1")))
+                                         : elements_[child].radius / elements_.faces().size());
     }
   }
 }

@@ -44,14 +44,15 @@ class Solution {
   Rgb gather(Eye& eye) const;
 
  private:
+  enum class Halving { neither, receiver, sender };
+
   struct Links {
     std::vector<uint32_t> from;
     std::vector<Matrix> matrix;
   };
 
   void connect(size_t to, std::vector<uint32_t> candidates, const Work& work);
-  bool are_far(size_t to, size_t from) const;
-  bool may_be_blocked(size_t to, size_t from) const;
+  Halving halving(size_t to, size_t from) const;
   void fill(size_t to, Eye& eye);
   Linear<Rgb> direct(Eye& eye, const Element& element, int depth) const;
   void bounce(const BounceRange& bounces, const Work& work);
