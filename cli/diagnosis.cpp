@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
@@ -16,6 +17,7 @@
 #include "cli/names.h"
 #include "cli/scene_options.h"
 #include "compare/sums.h"
+#include "images/relative_error.h"
 #include "renderer/render.h"
 
 namespace plumb::cli {
@@ -24,7 +26,7 @@ namespace {
 constexpr double false_alarm = 1e-3;
 constexpr uint32_t usual_seed = 0x706c6d62;  // hardly anybody's
 
-// Samples of all pixels of the reference: some seconds.
+// Samples of all pixels of the reference, some seconds; but not more than 1024 per pixel.
 constexpr int64_t affordable_samples = int64_t{1} << 25;
 
 // The first look takes a part of the reference's samples; the best
@@ -56,14 +58,31 @@ double total_noise(const Picture& picture) {
   return sum;
 }
 
-// reference + drawn - base, replicate by replicate.
-Film steadied(const Film& reference, const Film& drawn, const Film& base) {
+// The film or, if that has less noise, reference + film - base, replicate by replicate.
+Film steadied(const Film& reference, Film film, const Film& base) {
+  using Values = std::vector<float>;
+  std::array<Values, Film::replicates> own, steady;
+  for (size_t r = 0; r < own.size(); ++r) {
+    const int replicate = static_cast<int>(r);
+    own[r] = steady[r] = film.replicate_mean(replicate);
+    const Values more = reference.replicate_mean(replicate), less = base.replicate_mean(replicate);
+    for (size_t i = 0; i < more.size(); ++i) steady[r][i] += more[i] - less[i];
+  }
+  const auto scatter = [](const std::array<Values, Film::replicates>& all) {
+    double sum = 0.0;
+    for (size_t r = 1; r < all.size(); ++r) {
+      for (size_t i = 0; i < all[r].size(); ++i) {
+        const double mean = 0.5 * (double{all[r][i]} + double{all[r - 1][i]});
+        const double off = double{all[r][i]} - double{all[r - 1][i]};
+        sum += relative_square(off * off, mean);
+      }
+    }
+    return sum;
+  };
+  if (scatter(own) <= scatter(steady)) return film;
   Film sum(reference.width(), reference.height());
-  for (int r = 0; r < Film::replicates; ++r) {
-    std::vector<float> values = reference.replicate_mean(r);
-    const std::vector<float> more = drawn.replicate_mean(r), less = base.replicate_mean(r);
-    for (size_t i = 0; i < values.size(); ++i) values[i] += more[i] - less[i];
-    sum.add_mean(r, reference.samples_per_replicate()[static_cast<size_t>(r)], values);
+  for (size_t r = 0; r < own.size(); ++r) {
+    sum.add_mean(static_cast<int>(r), reference.samples_per_replicate()[r], steady[r]);
   }
   return sum;
 }
@@ -112,7 +131,7 @@ class Search {
     scene_.camera.height = test.image.height;
     const auto pixels = static_cast<uint64_t>(test.image.pixel(0, test.image.height));
     samples_ = std::clamp<int64_t>(
-        static_cast<int64_t>(std::bit_floor(uint64_t{affordable_samples} / pixels)), 64, 16384);
+        static_cast<int64_t>(std::bit_floor(uint64_t{affordable_samples} / pixels)), 64, 1024);
     values_ = 3.0 * static_cast<double>(pixels);
     settings_.bounces = scene.request.bounces;
     settings_.precision = fitting_precision(scene);
@@ -214,15 +233,15 @@ class Search {
       if (settings.faulty_tracer != nullptr) settings.precision = Precision::float32;
       Film film(scene.camera.width, scene.camera.height);
       draw(scene, settings, samples, name_of(suspect), film);
-      for (const Planting& p : what.plantings) film = spoil(p.fault, film, scene, p.number);
+      for (const Planting& p : what.plantings) {
+        film = spoil(p.fault, std::move(film), scene, p.number);
+      }
       settings.method = what.has_mis ? Method::mis : Method::nee;
       const Film& healthy = base(settings, samples);
-      Film better = steadied(*reference_, film, healthy);
-      if (film.mean() == healthy.mean()) {
+      if (film.replicate_mean(0) == healthy.replicate_mean(0)) {
         last_drawn_.reset();
       } else {
-        const bool is_better = better.relative_error() < film.relative_error();
-        last_drawn_ = is_better ? std::move(better) : std::move(film);
+        last_drawn_ = steadied(*reference_, std::move(film), healthy);
       }
     }
     last_key_ = key;
@@ -242,9 +261,9 @@ class Search {
         p.number = factor.value;
         suspect.number_error = factor.error;
       }
-      model = spoil(p.fault, model, scene_, p.number);
+      model = spoil(p.fault, std::move(model), scene_, p.number);
     }
-    const Picture picture = matched(model);
+    const Picture& picture = last_model_ = matched(model);
     const double penalty = penalty_of(suspect);
     suspect.blocks = yardstick_->squares(test_, picture, block_side) + penalty;
     suspect.pixels = yardstick_->squares(test_, picture, 1) + penalty;
@@ -350,11 +369,11 @@ class Search {
     }
   }
 
-  // The same with another exposure, if that is better by far for blocks.
+  // The same as was judged last with another exposure, if that is better by far for blocks.
   void add_exposed(const Suspect& suspect, std::vector<Suspect>& seen) {
     auto exposed = both(suspect, {{{Fault::exposure}}});
     if (!exposed || exposed->plantings.back().fault != Fault::exposure) return;
-    const auto factor = yardstick_->best_factor(test_, matched(*suspect.film));
+    const auto factor = yardstick_->best_factor(test_, last_model_);
     exposed->plantings.back().number = factor.value;
     exposed->blocks = factor.squares + penalty_of(*exposed);
     exposed->pixels = std::numeric_limits<double>::infinity();  // not known yet
@@ -465,6 +484,7 @@ class Search {
   size_t tried_ = 0;
   std::vector<Fault> idle_;  // which change nothing in this scene
   std::map<std::pair<Method, int64_t>, Film> bases_;
+  Picture last_model_;  // that was judged
   std::string last_key_;
   std::optional<Film> last_drawn_;
 };
