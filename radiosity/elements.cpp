@@ -199,13 +199,7 @@ Elements::Elements(const Faces& faces, size_t most) : faces_(faces), most_(most)
 }
 
 void Elements::add(Element element) {
-  double least = faces_.size();
-  for (size_t polygon = 0; polygon < faces_.polygon_count(); ++polygon) {
-    const Place place = faces_.place(element.face, polygon);
-    if (place != Place::before && place != Place::across) continue;
-    least = std::min(least, faces_.distance(element.center, polygon));
-  }
-  element.nearness = std::min(1.0, element.radius / least);
+  element.nearness = faces_.nearness(element.face, element.center, element.radius);
   list_.push_back(element);
 }
 
@@ -213,9 +207,10 @@ void Elements::refine(std::vector<double> unevenness, double allowed) {
   for (size_t i = 0; i < list_.size(); ++i) {
     if (list_[i].has_children() || unevenness[i] <= allowed) continue;
     split(i);
+    const double most = std::min(unevenness[i], 8.0 * allowed);
     for (const int child : {list_[i].child, list_[i].child + 1}) {
       const Element& half = list_[size_t(child)];
-      unevenness.push_back(unevenness[i] * half.radius / list_[i].radius *
+      unevenness.push_back(most * half.radius / list_[i].radius *
                            std::pow(half.nearness / list_[i].nearness, 2));
     }
   }

@@ -40,7 +40,7 @@ struct Element {
   Vec3 center;
   double whole = 0.0;     // its area
   double radius;          // of the circle around the centre that holds it
-  double nearness = 0.0;  // radius over distance from the nearest edge before the face; at most 1
+  double nearness = 0.0;  // Faces::nearness()
   int child = -1;         // the first of two, which are neighbours; -1: none
 
   // Gauss points, exact for what two linear functions make; the area of each; and what its value
@@ -69,7 +69,8 @@ class Elements {
   // `most`: instead std::length_error is thrown.
   Elements(const Faces& faces, size_t most);
 
-  // Quarters those for which this number is larger than allowed.
+  // Halves those for which this number is larger than allowed, and their halves, of which it is
+  // taken to fall as their radii and nearness do; to an eighth of their radius at most.
   void refine(std::vector<double> unevenness, double allowed);
 
   const Faces& faces() const { return faces_; }

@@ -47,6 +47,8 @@ void refuse_all_but_matte_polygons(const Scene& scene) {
                               refused);
 }
 
+bool is_seen(Place place) { return place == Place::before || place == Place::across; }
+
 Place place_of(const Polygon& polygon, const Face& face, double slack) {
   double least = std::numeric_limits<double>::infinity(), most = -least;
   for (const Vec3& corner : polygon.corners) {
@@ -130,10 +132,17 @@ double Faces::distance(const Vec3& point, size_t polygon) const {
   return least;
 }
 
+double Faces::nearness(size_t face, const Vec3& center, double radius) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t polygon = 0; polygon < polygon_count(); ++polygon) {
+    if (is_seen(place(face, polygon))) least = std::min(least, distance(center, polygon));
+  }
+  return radius / std::max(radius, least);
+}
+
 View Faces::find_view(size_t from, size_t to) const {
   View view;
   const Face &a = faces_[from], &b = faces_[to];
-  const auto is_seen = [](Place place) { return place == Place::before || place == Place::across; };
   view.is_any = is_seen(place(from, b.polygon)) && is_seen(place(to, a.polygon));
   if (!view.is_any) return view;
   view.is_cut = place(from, b.polygon) == Place::across;

@@ -63,6 +63,9 @@ class Faces {
   bool may_block(size_t polygon, std::span<const Vec3> a, std::span<const Vec3> b) const;
   // From the edges of a polygon.
   double distance(const Vec3& point, size_t polygon) const;
+  // Of a circle on a face: its radius over the distance of its centre from the nearest edge before
+  // the face, but at most 1. Where it is large, light changes within the circle.
+  double nearness(size_t face, const Vec3& center, double radius) const;
   // Whether, in the same plane, the polygon lies on top of the face.
   bool is_on_top(size_t polygon, size_t face) const;
 

@@ -71,10 +71,25 @@ double Pixels::share(const Fragment& fragment) const {
   return sum;
 }
 
-Rgb Pixels::at(const Vec3& direction, size_t face, Eye& eye, const Light& light) const {
+bool Pixels::is_smooth(const Fragment& fragment) const {
+  const auto& c = fragment.part.corners;
+  if (fragment.part.size != 4 || share(fragment) < 1.0 - 1e-9) return false;
+  const Vec3 middle = meet((c[0] + c[2]) * 0.5, fragment.face);
+  double radius = 0.0;
+  for (size_t i = 0; i < 4; ++i) {
+    radius = std::max(radius, (meet(c[i], fragment.face) - middle).length());
+  }
+  return faces_.nearness(fragment.face, middle, radius) <= 0.3;
+}
+
+Vec3 Pixels::meet(const Vec3& direction, size_t face) const {
   const Face& of = faces_[face];
-  const double distance = (of.offset - of.normal.dot(camera_.origin)) / of.normal.dot(direction);
-  eye.move_to(face, camera_.origin + direction * distance);
+  const double height = of.offset - of.normal.dot(camera_.origin);
+  return camera_.origin + direction * (height / of.normal.dot(direction));
+}
+
+Rgb Pixels::at(const Vec3& direction, size_t face, Eye& eye, const Light& light) const {
+  eye.move_to(face, meet(direction, face));
   return light(eye);
 }
 

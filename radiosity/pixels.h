@@ -34,15 +34,14 @@ class Pixels {
   // What is seen in a pixel, in no particular order.
   std::vector<Fragment> fragments(int x, int y) const;
 
-  bool is_whole(const Fragment& fragment) const {
-    return fragment.part.size == 4 && share(fragment) > 1.0 - 1e-9;
-  }
+  // Whether it is the whole pixel, far from edges near which light changes within a pixel.
+  bool is_smooth(const Fragment& fragment) const;
 
   // Of the pixel's area.
   double share(const Fragment& fragment) const;
 
   // The mean over the pixel of what `light` says of the eye, which looks from points of the face;
-  // nothing beside the fragment. At a whole pixel's middle alone, unless `quadrature` is given.
+  // nothing beside the fragment. At a smooth pixel's middle alone, unless `quadrature` is given.
   using Light = std::function<Rgb(Eye&)>;
   Rgb integrate(const Fragment& fragment, const std::optional<Quadrature>& quadrature, Eye& eye,
                 const Light& light) const;
@@ -56,6 +55,7 @@ class Pixels {
 
   std::optional<Cone> cone_before(size_t polygon, size_t face) const;
   double area(const Vec3& a, const Vec3& b, const Vec3& c) const;
+  Vec3 meet(const Vec3& direction, size_t face) const;
   Rgb at(const Vec3& direction, size_t face, Eye& eye, const Light& light) const;
   Rgb over_triangle(const std::array<Vec3, 3>& corners, size_t face, Quadrature quadrature,
                     Eye& eye, const Light& light) const;

@@ -69,7 +69,7 @@ class Artist {
       }
       if (solution != nullptr) {
         std::optional<Quadrature> fine;
-        if (!pixels_.is_whole(fragment)) fine = {.spread = 0.1, .depth = 2};
+        if (!pixels_.is_smooth(fragment)) fine = {.spread = 0.1, .depth = 2};
         arriving +=
             pixels_.integrate(fragment, fine, eye, [&](Eye& at) { return solution->gather(at); });
       }

@@ -40,9 +40,9 @@ double largest(const std::vector<Linear<Rgb>>& functions) {
 Resolution Resolution::level(int n) {
   const double part = std::pow(0.25, n);
   return {.opening = 0.7 * std::pow(part, 0.125),
+          .link_tolerance = 1e-3 * std::sqrt(part),
           .tolerance = 4e-4 * part,
-          .unevenness = (getenv("T0") ? atof(getenv("T0")) : 2e-3) *
-                        (getenv("TP") ? pow(atof(getenv("TP")), n) : part)};
+          .unevenness = 2e-4 * std::sqrt(part)};
 }
 
 Solution::Solution(const Elements& elements, const Resolution& resolution,
@@ -71,8 +71,9 @@ Solution::Solution(const Elements& elements, const Resolution& resolution,
   find_roughness();
 }
 
-// Which of the two to take in halves: the one that links would be too coarse for; neither, if a
-// link does. Shadows are sharp on what is near the thing that casts them.
+// Which of the two to take in halves: the one that a link would be too coarse for; neither, if a
+// link does. What varies over the receiver is most of what large or near senders send, and shadows,
+// which are sharp near the thing that casts them.
 Solution::Halving Solution::halving(size_t to, size_t from) const {
   const Element &a = elements_[to], &b = elements_[from];
   const bool is_smaller = b.has_children() && (!a.has_children() || b.radius > a.radius);
@@ -82,28 +83,29 @@ Solution::Halving Solution::halving(size_t to, size_t from) const {
   const double part = (a.radius + b.radius) / (a.center - b.center).length();
   if (part > resolution_.opening || larger == Halving::neither) return larger;
   const Faces& faces = elements_.faces();
-  {
-    static const double tr = getenv("TR") ? atof(getenv("TR")) : 1e-3;
-    const Vec3 towards = b.center - a.center; const double sq = towards.length2();
-    const double here = std::max(0.0, a.radius + b.radius + faces[a.face].normal.dot(towards));
-    const double there = std::max(0.0, a.radius + b.radius - faces[b.face].normal.dot(towards));
-    const double factor = std::min(1.0, b.whole * here * there / (std::numbers::pi * sq * sq));
-    if (a.has_children() && factor * a.radius * a.radius / sq > tr) return Halving::receiver;
-  }
-  static const double tn = getenv("TN") ? atof(getenv("TN")) : 0.5;
-  static const bool bn = getenv("BN");
+  const double variation = most_arriving(b, a.face, a.center, a.radius) * a.radius * a.radius /
+                           (a.center - b.center).length2();
+  if (a.has_children() && variation > resolution_.link_tolerance) return Halving::receiver;
   for (const int q : faces.view(a.face, b.face).obstacles) {
     const auto polygon = static_cast<size_t>(q);
     if (!faces.may_block(polygon, a.outline(), b.outline())) continue;
     if (part > 0.5 * resolution_.opening) return larger;
-    if (a.has_children() && a.radius > tn * faces.distance(a.center, polygon)) {
+    if (a.has_children() && a.radius > 0.5 * faces.distance(a.center, polygon)) {
       return Halving::receiver;
-    }
-    if (bn && b.has_children() && b.radius > tn * faces.distance(b.center, polygon)) {
-      return Halving::sender;
     }
   }
   return Halving::neither;
+}
+
+// A bound on the form factor to an element, from points of a face within `radius` around a point.
+double Solution::most_arriving(const Element& element, size_t face, const Vec3& point,
+                               double radius) const {
+  const Faces& faces = elements_.faces();
+  const Vec3 towards = element.center - point;
+  const double squared = towards.length2(), room = element.radius + radius;
+  const double here = std::max(0.0, room + faces[face].normal.dot(towards));
+  const double there = std::max(0.0, room - faces[element.face].normal.dot(towards));
+  return std::min(1.0, element.whole * here * there / (std::numbers::pi * squared * squared));
 }
 
 void Solution::connect(size_t to, std::vector<uint32_t> candidates, const Work& work) {
@@ -235,9 +237,7 @@ void Solution::find_roughness() {
       roughness_[i] = std::max(roughness_[i], roughness_[child] + off);
       const double own = radiance_[child][0].dot(Rgb(1.0)) + 0.1 * typical_;
       unevenness_[child] = off / own * std::pow(elements_[child].nearness, 2) *
-                           (getenv("P1") ? pow(elements_[child].radius / elements_.faces().size(),
-                                               atof(getenv("P1")))
-                                         : elements_[child].radius / elements_.faces().size());
+                           elements_[child].radius / elements_.faces().size();
     }
   }
 }
@@ -272,14 +272,10 @@ Rgb Solution::gather(Eye& eye) const {
 // most, how far from linear it is, and how much of that is told apart from where the eye is.
 bool Solution::is_rough(const Eye& eye, size_t from, bool may_be_hidden) const {
   const Element& element = elements_[from];
-  const Faces& faces = elements_.faces();
-  const Vec3 towards = element.center - eye.point();
-  const double squared = towards.length2(), r = element.radius;
-  const double here = std::max(0.0, r + faces[eye.face()].normal.dot(towards));
-  const double there = std::max(0.0, r - faces[element.face].normal.dot(towards));
-  const double factor =
-      std::min(1.0, element.whole * here * there / (std::numbers::pi * squared * squared));
-  const double share = std::min(1.0, may_be_hidden ? 0.3 : r * r / squared);
+  const double factor = most_arriving(element, eye.face(), eye.point(), 0.0);
+  const double squared = (element.center - eye.point()).length2();
+  const double share =
+      std::min(1.0, may_be_hidden ? 0.3 : element.radius * element.radius / squared);
   return factor * share * roughness_[from] > resolution_.tolerance * typical_;
 }
 

@@ -12,12 +12,13 @@
 
 namespace plumb::radiosity {
 
-// How much the links and the gathering of light may get wrong: a level has a quarter of the error
-// of the one before.
+// How much links and gathering may get wrong, and elements after which a finer solution has more of
+// them. From one level to the next the picture's error falls to less than half.
 struct Resolution {
-  double opening;     // of a link: the sum of two radii over their distance, at most
-  double tolerance;   // of light from a cluster, in parts of the mean radiance
-  double unevenness;  // of elements, after which a finer solution has more of them
+  double opening;         // of a link: the sum of two radii over their distance, at most
+  double link_tolerance;  // of a link: how much its form factor varies over the receiver
+  double tolerance;       // of light from a cluster, in parts of the mean radiance
+  double unevenness;      // Solution::unevenness()
   static Resolution level(int n);
 };
 
@@ -35,9 +36,10 @@ class Solution {
 
   size_t links() const { return links_; }
 
-  // For each element without children, the difference of its radiance from what the larger one has
-  // there that it is a half of, in parts of its own or of a tenth of the mean, times its radius in
-  // parts of the scene's size.
+  // For each element without children: by how much its radiance differs from what its parent's is
+  // there, in parts of its own or of a tenth of the mean, times the square of its nearness, because
+  // what is far sees no more than its mean and slope, times its radius in parts of the scene's
+  // size.
   const std::vector<double>& unevenness() const { return unevenness_; }
 
   // Irradiance / pi that elements send to the eye.
@@ -53,6 +55,7 @@ class Solution {
 
   void connect(size_t to, std::vector<uint32_t> candidates, const Work& work);
   Halving halving(size_t to, size_t from) const;
+  double most_arriving(const Element& element, size_t face, const Vec3& point, double radius) const;
   void fill(size_t to, Eye& eye);
   Linear<Rgb> direct(Eye& eye, const Element& element, int depth) const;
   void bounce(const BounceRange& bounces, const Work& work);
