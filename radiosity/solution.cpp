@@ -218,7 +218,8 @@ void Solution::bounce(const BounceRange& bounces, const Work& work) {
     }
     const double after = largest(light), fading = after / before;
     if (after <= 0.0 || (fading < 1.0 && after / (1.0 - fading) < negligible * first)) return;
-    if (bounce == endless) throw std::runtime_error("light doesn't fade: all reflects everything");
+    if (bounce == endless || (bounce > 100 && fading > 1.0 - 1e-7))
+      throw std::runtime_error("light doesn't fade: all reflects everything");
   }
 }
 

@@ -153,7 +153,7 @@ class CliTest : public testing::Test {
 
 TEST_F(CliTest, EveryHelpHasAnExampleAndFitsIntoATerminal) {
   for (const std::string command :
-       {"", "render ", "merge ", "export ", "reference ", "compare ", "power "}) {
+       {"", "render ", "radiosity ", "merge ", "export ", "reference ", "compare ", "power "}) {
     const Result result = plumb(command + "--help");
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_EQ(result.err, "");
