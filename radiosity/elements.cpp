@@ -186,7 +186,10 @@ Elements::Elements(const Faces& faces, size_t most) : faces_(faces), most_(most)
   for (size_t face = 0; face < faces.list().size(); ++face) {
     if (!faces[face].reflects()) continue;
     for (const Convex& piece : pieces_of(faces, face, smallest / 4.0 * size)) {
-      for (const auto& outline : quadrilaterals_of(piece)) add(Element(faces, face, outline));
+      for (const auto& outline : quadrilaterals_of(piece)) {
+        const Element element(faces, face, outline);
+        if (element.whole > faces.slack() * size) add(element);  // else its corners are in a line
+      }
     }
   }
   roots_ = list_.size();

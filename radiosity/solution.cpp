@@ -42,7 +42,7 @@ Resolution Resolution::level(int n) {
   return {.opening = 0.7 * std::pow(part, 0.125),
           .link_tolerance = 1e-3 * std::sqrt(part),
           .tolerance = 4e-4 * part,
-          .unevenness = 2e-4 * std::sqrt(part)};
+          .unevenness = 4e-4 * part};
 }
 
 Solution::Solution(const Elements& elements, const Resolution& resolution,
@@ -237,6 +237,7 @@ void Solution::find_roughness() {
       const double off = difference(i, child);
       roughness_[i] = std::max(roughness_[i], roughness_[child] + off);
       const double own = radiance_[child][0].dot(Rgb(1.0)) + 0.1 * typical_;
+      if (off <= 0.0) continue;
       unevenness_[child] = off / own * std::pow(elements_[child].nearness, 2) *
                            elements_[child].radius / elements_.faces().size();
     }
