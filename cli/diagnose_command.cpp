@@ -29,9 +29,6 @@ struct Options {
   double tolerance = 0.01;
 };
 
-// Of neighbours; above it the picture was filtered.
-constexpr double much_shared_noise = 0.15;
-
 // What is shown of the suspects.
 constexpr size_t rows_shown = 8;
 

@@ -46,6 +46,14 @@ constexpr int64_t times_more = 4;
 
 struct Stopped {};
 
+// Filters, unless they are sampled, and what works like one.
+bool may_share_noise(Fault fault) {
+  constexpr Fault those[] = {Fault::gaussian_filter, Fault::blackman_harris_filter,
+                             Fault::mitchell_filter, Fault::blurred,
+                             Fault::smeared,         Fault::denoised};
+  return std::ranges::find(those, fault) != std::end(those);
+}
+
 bool is_drawn(const Planting& p) { return description(p.fault).site != FaultSite::picture; }
 
 Picture model_picture(const Film& film) { return to_picture("reference", film); }
@@ -118,6 +126,12 @@ std::optional<Suspect> both(const Suspect& a, const Suspect& b) {
   return sum;
 }
 
+// Whether a has what b has, and more.
+bool adds_to(const Suspect& a, const Suspect& b) {
+  return a.plantings.size() > b.plantings.size() &&
+         std::ranges::includes(a.plantings, b.plantings, {}, &Planting::fault, &Planting::fault);
+}
+
 bool have_same_faults(const Suspect& a, const Suspect& b) {
   return std::ranges::equal(a.plantings, b.plantings, {}, &Planting::fault, &Planting::fault);
 }
@@ -152,8 +166,7 @@ class Search {
       healthy = matched(result.reference);
       if (samples == samples_) by_neighbours_ = !test_.knows_noise();
       if (by_neighbours_) tell_noise_by_neighbours(test_, healthy);
-      result.healthy =
-          agreement(test_, healthy, channels_, regions_, false_alarm / 2.0, by_neighbours_);
+      result.healthy = agreement(test_, healthy, regions_, false_alarm / 2.0, by_neighbours_);
       const bool is_enough = result.healthy.is_refuted || result.healthy.within <= tolerance;
       if (is_enough || total_noise(test_) > total_noise(healthy)) break;
     }
@@ -181,7 +194,9 @@ class Search {
       for (Suspect& pair : look_for(std::move(pairs))) result.suspects.push_back(std::move(pair));
       rank(result.suspects);
     }
-    refine(result.suspects.front(), tolerance);
+    Suspect& best = result.suspects.front();
+    refine(best, tolerance);
+    if (!best.agreement.is_refuted) result.shared_noise = shared_noise(test_, matched(*best.film));
     result.tried = tried_;
     return result;
   }
@@ -197,10 +212,22 @@ class Search {
     if (stop_) throw Stopped();
   }
 
-  // As the picture's reference, with the channels that both have.
+  // As the picture's reference.
   Picture matched(const Film& film) {
     Picture model = model_picture(film);
-    channels_ = match(test_, model, {"R", "G", "B"}, true);
+    match(test_, model, {"R", "G", "B"}, true);
+    return model;
+  }
+
+  // Whose noise is not known where random numbers repeat themselves in all replicates.
+  Picture model_of(const Suspect& suspect, const Film& film) {
+    Picture model = matched(film);
+    const auto repeats = [](const Planting& p) {
+      return p.fault == Fault::webgl_random || p.fault == Fault::webgl_demo;
+    };
+    if (std::ranges::any_of(suspect.plantings, repeats)) {
+      std::ranges::fill(model.variance_channels, std::nullopt);
+    }
     return model;
   }
 
@@ -263,7 +290,7 @@ class Search {
       }
       model = spoil(p.fault, std::move(model), scene_, p.number);
     }
-    const Picture& picture = last_model_ = matched(model);
+    const Picture& picture = last_model_ = model_of(suspect, model);
     const double penalty = penalty_of(suspect);
     suspect.blocks = yardstick_->squares(test_, picture, block_side) + penalty;
     suspect.pixels = yardstick_->squares(test_, picture, 1) + penalty;
@@ -382,7 +409,7 @@ class Search {
   }
 
   // By blocks and by pixels, so many of each, with few numbers of the same faults, and of what is
-  // out at most one.
+  // out at most one. What adds to another one has to be better by far.
   std::vector<Suspect> best(std::vector<Suspect> suspects, size_t count) const {
     std::vector<Suspect> those;
     for (const int side : {block_side, 1}) {
@@ -396,6 +423,10 @@ class Search {
         const auto is_known = [&](const Suspect& other) {
           return name_of(suspect) == name_of(other);
         };
+        const auto suffices = [&](const Suspect& other) {
+          return adds_to(suspect, other) && other.*by < suspect.*by + out * deviation(side);
+        };
+        if (std::ranges::any_of(suspects, suffices)) continue;
         const bool is_new = std::ranges::none_of(those, is_known);
         if (is_new && std::ranges::count_if(those, is_like) >= std::ptrdiff_t{kept_numbers}) {
           continue;
@@ -417,9 +448,7 @@ class Search {
     for (Suspect& suspect : suspects) {
       const auto makes_idle = [&](const Suspect& better) {
         return have_same_faults(suspect, better) ||
-               (!better.agreement.is_refuted &&
-                std::ranges::includes(suspect.plantings, better.plantings, {}, &Planting::fault,
-                                      &Planting::fault));
+               (!better.agreement.is_refuted && adds_to(suspect, better));
       };
       if (std::ranges::none_of(those, makes_idle)) those.push_back(std::move(suspect));
     }
@@ -453,9 +482,13 @@ class Search {
   }
 
   void agree(Suspect& suspect) {
-    suspect.agreement =
-        agreement(test_, matched(*suspect.film), channels_, regions_,
-                  false_alarm / static_cast<double>(std::max<size_t>(tried_, 1)), by_neighbours_);
+    const Picture model = model_of(suspect, *suspect.film);
+    const bool shares_noise =
+        std::ranges::any_of(suspect.plantings, may_share_noise, &Planting::fault) &&
+        shared_noise(test_, model) > much_shared_noise;
+    suspect.agreement = agreement(test_, model, regions_,
+                                  false_alarm / static_cast<double>(std::max<size_t>(tried_, 1)),
+                                  by_neighbours_, shares_noise ? block_side : 1);
   }
 
   // Renders what agrees as well as the reference, if its noise leaves the most doubt.
@@ -473,7 +506,6 @@ class Search {
   Settings settings_{.bounces = {}};
   int64_t samples_;
   Regions regions_;
-  std::vector<std::string> channels_;
   bool by_neighbours_ = false;
   const Film* reference_ = nullptr;
   std::optional<Yardstick> yardstick_;

@@ -39,6 +39,9 @@ struct Suspect {
 // "`five-bounces` (8) and `flipped`"; what is in parentheses is a number other than the usual one.
 std::string name_of(const Suspect& suspect);
 
+// Of neighbours; above it the picture was filtered.
+constexpr double much_shared_noise = 0.15;
+
 struct Diagnosis {
   Film reference;
   Agreement healthy = {};              // of the picture with the reference

@@ -23,6 +23,58 @@ size_t count_blocks(const Window& w) {
   return static_cast<size_t>(count(w.width)) * static_cast<size_t>(count(w.height));
 }
 
+// Calls `use` with each square of so many pixels, row by row; what is left at the edges is left
+// out.
+template <typename Use>
+void for_each_cell(const Image& image, int cell, Use use) {
+  for_each_pixel({0, 0, image.width / cell, image.height / cell}, [&](int x, int y) {
+    use(Window{x * cell, y * cell, cell, cell});
+  });
+}
+
+// The averages over cells, with their noise.
+Picture coarsened(const Picture& picture, int cell) {
+  const Image& image = picture.image;
+  const bool knows_noise = picture.knows_noise();
+  Picture coarse = picture;
+  coarse.file_variances.clear();
+  coarse.image.width /= cell;
+  coarse.image.height /= cell;
+  coarse.image.channels = {"R", "G", "B"};
+  if (knows_noise)
+    coarse.image.channels.insert(coarse.image.channels.end(),
+                                 {"variance.R", "variance.G", "variance.B"});
+  coarse.image.values.clear();
+  const double pixels = cell * cell;
+  for_each_cell(image, cell, [&](const Window& w) {
+    for (const bool is_noise : {false, true}) {
+      if (is_noise && !knows_noise) continue;
+      for (size_t c = 0; c < picture.channel_count(); ++c) {
+        double sum = 0.0;
+        for_each_pixel(w, [&](int x, int y) {
+          const size_t pixel = image.pixel(x, y);
+          sum += is_noise ? picture.variance(pixel, c) / pixels : picture.value(pixel, c);
+        });
+        coarse.image.values.push_back(static_cast<float>(sum / pixels));
+      }
+    }
+  });
+  return coarse;
+}
+
+// A cell is in the region that all of its pixels are in.
+Regions coarsened(const Regions& regions, const Image& image, int cell) {
+  Regions coarse{regions.names, {}, regions.excludes_rest};
+  for_each_cell(image, cell, [&](const Window& w) {
+    int region = regions.of_pixel[image.pixel(w.x, w.y)];
+    for_each_pixel(w, [&](int x, int y) {
+      if (regions.of_pixel[image.pixel(x, y)] != region) region = -1;
+    });
+    coarse.of_pixel.push_back(region);
+  });
+  return coarse;
+}
+
 }  // namespace
 
 void tell_noise_by_neighbours(Picture& test, const Picture& reference) {
@@ -127,14 +179,17 @@ Yardstick::Factor Yardstick::best_factor(const Picture& test, const Picture& mod
   return {product / of_model, 1.0 / std::sqrt(of_model), of_test - product * product / of_model};
 }
 
-Agreement agreement(const Picture& test, const Picture& model,
-                    const std::vector<std::string>& channels, const Regions& regions,
-                    double false_alarm, bool by_neighbours) {
+Agreement agreement(const Picture& test, const Picture& model, const Regions& regions,
+                    double false_alarm, bool by_neighbours, int cell) {
   Judgement judgement;
   judgement.tolerance.value = 0.0;
+  judgement.floor = {0.0};  // what tells no noise is exact
   judgement.false_alarm = false_alarm;
   if (by_neighbours) judgement.max_outliers = {1.0};
-  const Comparison comparison = compare(test, model, channels, whole(test), regions, judgement);
+  Picture coarse_test = coarsened(test, cell), coarse_model = coarsened(model, cell);
+  const auto channels = match(coarse_test, coarse_model, {}, true);
+  const Comparison comparison = compare(coarse_test, coarse_model, channels, whole(coarse_test),
+                                        coarsened(regions, test.image, cell), judgement);
   Agreement result;
   result.is_refuted = comparison.verdict == Verdict::different;
   for (const auto* findings : {&comparison.image, &comparison.regions}) {

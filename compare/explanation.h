@@ -63,10 +63,11 @@ struct Agreement {
   std::string rest;  // the clearest difference, if it is refuted
 };
 
-// `by_neighbours` says that the test's noise is as those tell: then no single pixel counts.
-Agreement agreement(const Picture& test, const Picture& model,
-                    const std::vector<std::string>& channels, const Regions& regions,
-                    double false_alarm, bool by_neighbours);
+// `by_neighbours` says that the test's noise is as those tell: then no single pixel counts. If
+// neighbouring pixels share noise, these are not independent, as the margins need it: then averages
+// over squares of `cell` pixels stand for them.
+Agreement agreement(const Picture& test, const Picture& model, const Regions& regions,
+                    double false_alarm, bool by_neighbours, int cell = 1);
 
 // How alike the noise of neighbouring pixels is, from 0, if it is independent, to 1; both are
 // matched. The differences between pixels that touch are held against those between pixels that are
