@@ -73,8 +73,7 @@ std::string table_of(const Diagnosis& d) {
 std::string remark(const Diagnosis& d) {
   if (d.shared_noise < much_shared_noise) return "";
   return fmt::format(
-      "neighbouring pixels share noise (correlation {:.2f}): it was filtered (`denoised`, "
-      "`blurred`, or a filter that is not sampled), and margins are too narrow for it\n",
+      "neighbouring pixels share noise (correlation {:.2f}): it was filtered, or `denoised`\n",
       d.shared_noise);
 }
 
