@@ -180,16 +180,18 @@ Vec3 Eye::weights(size_t face, const Convex& part, std::span<const Cone* const> 
   return {factor, offset.dot(frame.u), offset.dot(frame.v)};
 }
 
+double Eye::form_factor_of(size_t face) {
+  if (!sees_front(face)) return 0.0;
+  const Convex whole = relative(faces_[face].outline.corners);
+  std::vector<const Cone*> cones;
+  find_cones(face, cones);
+  std::erase_if(cones, [&](const Cone* cone) { return cone->misses(whole); });
+  return see(face, whole, cones);
+}
+
 Rgb Eye::direct() {
   Rgb sum(0.0);
-  std::vector<const Cone*> cones;
-  for (const size_t lamp : faces_.lamps()) {
-    if (!sees_front(lamp)) continue;
-    const Convex whole = relative(faces_[lamp].outline.corners);
-    find_cones(lamp, cones);
-    std::erase_if(cones, [&](const Cone* cone) { return cone->misses(whole); });
-    sum += faces_[lamp].radiance * see(lamp, whole, cones);
-  }
+  for (const size_t lamp : faces_.lamps()) sum += faces_[lamp].radiance * form_factor_of(lamp);
   return sum;
 }
 

@@ -50,6 +50,9 @@ class Eye {
   Vec3 weights(size_t face, const Convex& part, std::span<const Cone* const> cones,
                const Frame& frame);
 
+  // To what is seen of a face.
+  double form_factor_of(size_t face);
+
   // Irradiance / pi that comes straight from all lamps.
   Rgb direct();
 

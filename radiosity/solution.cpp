@@ -52,7 +52,8 @@ Solution::Solution(const Elements& elements, const Resolution& resolution,
       into_(elements.size()),
       radiance_(elements.size(), dark),
       roughness_(elements.size(), 0.0),
-      unevenness_(elements.size(), 0.0) {
+      unevenness_(elements.size(), 0.0),
+      correction_(elements.size(), dark) {
   std::vector<uint32_t> roots(elements.roots());
   std::iota(roots.begin(), roots.end(), 0U);
   work.for_each("links", roots.size(), [&](size_t i) { connect(roots[i], roots, work); });
@@ -64,6 +65,10 @@ Solution::Solution(const Elements& elements, const Resolution& resolution,
   }
   Eyes eyes(elements.faces());
   work.for_each("form factors", elements.size(), [&](size_t i) { fill(i, eyes.local()); });
+  const std::vector<Linear<Rgb>> one(elements.size(), {Rgb(1.0), Rgb(0.0), Rgb(0.0)});
+  const std::vector<Linear<Rgb>> arriving = send(one);
+  work.for_each("energy balance", elements.size(),
+                [&](size_t i) { find_correction(eyes.local(), i, arriving[i]); });
   work.for_each("direct light", elements.size(), [&](size_t i) {
     if (!elements_[i].has_children()) radiance_[i] = direct(eyes.local(), elements_[i], 6);
   });
@@ -186,12 +191,46 @@ Linear<Rgb> Solution::direct(Eye& eye, const Element& element, int depth) const 
   return result;
 }
 
+// Irradiance / pi at the elements without children.
+std::vector<Linear<Rgb>> Solution::send(const std::vector<Linear<Rgb>>& light) const {
+  std::vector<Linear<Rgb>> arriving(light.size(), dark);
+  tbb::parallel_for(size_t{0}, light.size(), [&](size_t to) {
+    const Links& links = into_[to];
+    for (size_t k = 0; k < links.from.size(); ++k) {
+      links.matrix[k].add_to(arriving[to], light[links.from[k]]);
+    }
+  });
+  elements_.push(arriving);
+  for (size_t i = 0; i < light.size(); ++i) {
+    const Rgb mean = arriving[i][0];
+    for (size_t k = 0; k < 3; ++k) arriving[i][k] += correction_[i][k] * mean;
+  }
+  return arriving;
+}
+
+// What links to clusters lose of the same radiance from everywhere, of which all that is seen is
+// known exactly: so that no energy is lost or made.
+void Solution::find_correction(Eye& eye, size_t to, const Linear<Rgb>& arriving) {
+  const Element& element = elements_[to];
+  if (element.has_children() || arriving[0].x < 1e-9) return;
+  const Faces& faces = elements_.faces();
+  Linear<Rgb> exact = dark;
+  for (size_t q = 0; q < size_t(element.points); ++q) {
+    eye.move_to(element.face, element.point[q]);
+    double sum = 0.0;
+    for (size_t face = 0; face < faces.list().size(); ++face) {
+      if (faces[face].reflects()) sum += eye.form_factor_of(face);
+    }
+    for (int i = 0; i < 3; ++i) exact[size_t(i)] += Rgb(sum * element.fit[q][i]);
+  }
+  for (size_t k = 0; k < 3; ++k) correction_[to][k] = (exact[k] - arriving[k]) / arriving[0].x;
+}
+
 void Solution::bounce(const BounceRange& bounces, const Work& work) {
   constexpr int endless = 10000;
   constexpr double negligible = 1e-11;
   std::vector<Linear<Rgb>> light =
       std::exchange(radiance_, std::vector<Linear<Rgb>>(into_.size(), dark));
-  std::vector<Linear<Rgb>> arriving(into_.size(), dark);
   const double first = largest(light);
   for (int bounce = 1; bounce < bounces.last; ++bounce) {
     work.check();
@@ -203,14 +242,7 @@ void Solution::bounce(const BounceRange& bounces, const Work& work) {
       }
     }
     const double before = largest(light);
-    tbb::parallel_for(size_t{0}, into_.size(), [&](size_t to) {
-      arriving[to] = dark;
-      const Links& links = into_[to];
-      for (size_t k = 0; k < links.from.size(); ++k) {
-        links.matrix[k].add_to(arriving[to], light[links.from[k]]);
-      }
-    });
-    elements_.push(arriving);
+    const std::vector<Linear<Rgb>> arriving = send(light);
     for (size_t i = 0; i < light.size(); ++i) {
       for (size_t k = 0; k < 3; ++k) {
         light[i][k] = arriving[i][k] * elements_.faces()[elements_[i].face].reflectance;

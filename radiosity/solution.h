@@ -58,6 +58,8 @@ class Solution {
   double most_arriving(const Element& element, size_t face, const Vec3& point, double radius) const;
   void fill(size_t to, Eye& eye);
   Linear<Rgb> direct(Eye& eye, const Element& element, int depth) const;
+  std::vector<Linear<Rgb>> send(const std::vector<Linear<Rgb>>& light) const;
+  void find_correction(Eye& eye, size_t to, const Linear<Rgb>& arriving);
   void bounce(const BounceRange& bounces, const Work& work);
   void find_roughness();
   double difference(size_t parent, size_t child) const;
@@ -71,6 +73,7 @@ class Solution {
   size_t links_ = 0;
   std::vector<Linear<Rgb>> radiance_;  // for each element
   std::vector<double> roughness_, unevenness_;
+  std::vector<Linear<Rgb>> correction_;
   double typical_ = 0.0;
 };
 
