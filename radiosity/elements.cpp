@@ -207,6 +207,14 @@ void Elements::add(Element element) {
 }
 
 void Elements::refine(std::vector<double> unevenness, double allowed) {
+  std::vector<double> sorted;
+  for (size_t i = 0; i < list_.size(); ++i) {
+    if (!list_[i].has_children()) sorted.push_back(unevenness[i]);
+  }
+  if (sorted.empty()) return;
+  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  allowed = std::min(allowed, *middle);
   for (size_t i = 0; i < list_.size(); ++i) {
     if (list_[i].has_children() || unevenness[i] <= allowed) continue;
     split(i);

@@ -70,7 +70,8 @@ class Elements {
   Elements(const Faces& faces, size_t most);
 
   // Halves those for which this number is larger than allowed, and their halves, of which it is
-  // taken to fall as their radii and nearness do; to an eighth of their radius at most.
+  // taken to fall as their radii and nearness do; to an eighth of their radius at most. The more
+  // uneven half is halved in any case, so that two levels always differ in their elements.
   void refine(std::vector<double> unevenness, double allowed);
 
   const Faces& faces() const { return faces_; }

@@ -183,7 +183,10 @@ Linear<Rgb> Solution::direct(Eye& eye, const Element& element, int depth) const 
     }
   }
   const double rise = std::max(result[1].length(), result[2].length());
-  if (depth == 0 || most == 0.0 || (error < 0.005 * most && rise < 0.3 * most)) return result;
+  // Four points see nothing of what is quadratic, which is about the square of the rise.
+  const double tolerance = 10.0 * resolution_.tolerance * most;
+  const bool is_linear = error < tolerance && rise * rise < 20.0 * tolerance * most;
+  if (depth == 0 || most == 0.0 || is_linear) return result;
   result = dark;
   for (const Element& half : element.halves(faces)) {
     half.to_parent.add_to(result, direct(eye, half, depth - 1));
