@@ -153,7 +153,7 @@ void plant(Fault fault, Scene& scene, Settings& settings, std::optional<double> 
     case Fault::fov_axis: return take_other_axis(camera);
     case Fault::gaussian_filter: camera.filter = {Filter::Kind::gaussian, 0.5}; return;
     case Fault::blackman_harris_filter:
-      camera.filter = {Filter::Kind::blackman_harris, 0.75};
+      camera.filter = {Filter::Kind::blackman_harris, 1.5};  // Cycles' width is its radius
       return;
     case Fault::lamp_missing: return put_out(scene, static_cast<int>(n));
     case Fault::lamp_flipped: return turn_lamps(scene);

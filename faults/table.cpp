@@ -210,7 +210,7 @@ const std::vector<FaultDescription> set_ups{
      .fault = Fault::blackman_harris_filter,
      .site = scene,
      .text = "a Blackman-Harris pixel filter of 1.5 pixels",
-     .made = "a Blackman-Harris window, 1.5 pixels wide, for the box",
+     .made = "a Blackman-Harris window that ends 1.5 pixels from the middle, for the box",
      .met = "Cycles' default",
      .shows = "edges, most those of lamps"},
     {.name = "mitchell-filter",
