@@ -19,8 +19,8 @@ struct Picture {
   size_t elements = 0, links = 0;
   int level = -1;  // of its resolution; -1: there is no picture
 
-  // How far it is from a coarser picture, which is a bound on its own error, for that falls to less
-  // than half from one to the next: as `plumb render --error` has it, the root of the mean of
+  // How far it is from a coarser picture. Where the error falls to less than half from one to the
+  // next, that is a bound on its own. As `plumb render --error` has it, the root of the mean of
   // difference^2 / (mean^2 + 0.01) over pixels and channels; in the mean over the picture; and in
   // the worst of its 8 x 8 blocks, in parts of what is judged there (compare/comparison.h).
   // Infinite for the first picture.

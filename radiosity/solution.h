@@ -13,7 +13,7 @@
 namespace plumb::radiosity {
 
 // How much links and gathering may get wrong, and elements after which a finer solution has more of
-// them. From one level to the next the picture's error falls to less than half.
+// them. A level has a quarter of the tolerance of the one before.
 struct Resolution {
   double opening;         // of a link: the sum of two radii over their distance, at most
   double link_tolerance;  // of a link: how much its form factor varies over the receiver

@@ -46,9 +46,9 @@ TEST_F(RadiosityCommand, ComparisonTakesItsErrorAsTheFloorOfAReference) {
   EXPECT_EQ(same.exit_code, 0) << same.output;
   EXPECT_TRUE(contains(same.output, "elsewhere, by its own account")) << same.output;
   ASSERT_EQ(
-      plumb("render " + cornell + " --size 16x16 --spp 4096 --bounces 0:9 -o cut.exr").exit_code,
+      plumb("render " + cornell + " --size 16x16 --spp 4096 --bounces 0:3 -o cut.exr").exit_code,
       0);
-  EXPECT_EQ(plumb("compare cut.exr exact.exr --tolerance 0.1%").exit_code, 1);
+  EXPECT_EQ(plumb("compare cut.exr exact.exr").exit_code, 1);
 }
 
 TEST_F(RadiosityCommand, RefusesWhatIsNoMattePolygonBeforeAnyFileIsWritten) {
