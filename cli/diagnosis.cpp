@@ -37,6 +37,9 @@ constexpr size_t kept_first = 6, kept_second = 3, kept_numbers = 3;
 // Suspects whose squares are above the best one's by so many of their standard deviations are out.
 constexpr double out = 5.0;
 
+// Samples of all pixels that the first look takes at least, if that is not too many for each.
+constexpr int64_t first_look = int64_t{1} << 19;
+
 // A second thing is looked for where the first explains so much.
 constexpr double worth_a_pair = 0.1;
 
@@ -294,6 +297,8 @@ class Search {
     const double penalty = penalty_of(suspect);
     suspect.blocks = yardstick_->squares(test_, picture, block_side) + penalty;
     suspect.pixels = yardstick_->squares(test_, picture, 1) + penalty;
+    suspect.blocks_error = deviation(block_side, picture);
+    suspect.pixels_error = deviation(1, picture);
     const double left = (side_ == 1 ? suspect.pixels : suspect.blocks) - penalty - noise_;
     suspect.explained = std::clamp(1.0 - left / all_, 0.0, 1.0);
     suspect.film = std::move(model);
@@ -319,6 +324,11 @@ class Search {
   // Of squares that are noise.
   double deviation(int side) const { return std::sqrt(2.0 * values_) / side; }
 
+  // The same with the noise of a model.
+  double deviation(int side, const Picture& model) const {
+    return deviation(side) * (1.0 + yardstick_->noise(model, side) * side * side / values_);
+  }
+
   double penalty_of(const Suspect& suspect) const {
     double choices = 0.0;
     for (const Planting& p : suspect.plantings) {
@@ -329,7 +339,10 @@ class Search {
 
   // The best suspects, with films, the likeliest first.
   std::vector<Suspect> look_for(std::vector<Suspect> suspects) {
-    const int64_t first = samples_ / first_part;
+    const int64_t pixels = int64_t{test_.image.width} * test_.image.height;
+    const int64_t last = samples_ / last_part;
+    const int64_t first = std::clamp(first_look / pixels, samples_ / first_part, last);
+    const int64_t second = std::max(first, samples_ / second_part);
     std::vector<Suspect> seen;
     for (const Suspect& suspect : suspects) {
       if (!look(suspect, first, seen)) {
@@ -342,10 +355,10 @@ class Search {
     }
     if (seen.empty()) return seen;
     seen = best(std::move(seen), kept_first);
-    judge_all(seen, samples_ / second_part);
+    judge_all(seen, second);
     seen = best(std::move(seen), kept_second);
-    fit_numbers(*std::ranges::min_element(seen, {}, measure()), samples_ / second_part);
-    judge_all(seen, samples_ / last_part);
+    fit_numbers(*std::ranges::min_element(seen, {}, measure()), second);
+    judge_all(seen, last);
     for (Suspect& suspect : seen) agree(suspect);
     rank(seen);
     return seen;
@@ -414,17 +427,19 @@ class Search {
     std::vector<Suspect> those;
     for (const int side : {block_side, 1}) {
       const auto by = side == 1 ? &Suspect::pixels : &Suspect::blocks;
+      const auto error = side == 1 ? &Suspect::pixels_error : &Suspect::blocks_error;
       std::ranges::sort(suspects, {}, by);
-      const double most = suspects.empty() ? 0.0 : suspects.front().*by + out * deviation(side);
       size_t taken = 0;
       for (const Suspect& suspect : suspects) {
-        if (taken == count || (taken > 1 && suspect.*by > most)) break;
+        const bool is_out =
+            suspect.*by - out * suspect.*error > suspects.front().*by + out * deviation(side);
+        if (taken == count || (taken > 1 && is_out)) break;
         const auto is_like = [&](const Suspect& other) { return have_same_faults(suspect, other); };
         const auto is_known = [&](const Suspect& other) {
           return name_of(suspect) == name_of(other);
         };
         const auto suffices = [&](const Suspect& other) {
-          return adds_to(suspect, other) && other.*by < suspect.*by + out * deviation(side);
+          return adds_to(suspect, other) && other.*by - out * other.*error < suspect.*by;
         };
         if (std::ranges::any_of(suspects, suffices)) continue;
         const bool is_new = std::ranges::none_of(those, is_known);

@@ -30,6 +30,7 @@ struct Suspect {
   // each choice: the logarithm of the number of values (Schwarz, "Estimating the dimension of a
   // model", Annals of Statistics 6(2), 1978).
   double blocks = 0, pixels = 0;
+  double blocks_error = 0, pixels_error = 0;  // the standard deviations of these
   double explained = 0;     // the part of the picture's squared difference from the reference
   double number_error = 0;  // of an exposure
   std::optional<Film> film = {};
