@@ -137,7 +137,7 @@ def own_faults(study):
             if changes[scene, fault] >= VISIBLE:
                 right[spp, is_right] += 1
     yield "| scene | fault | changes a region by | " + " | ".join(f"{n} spp" for n in sorted(SAMPLES)) + " |\n"
-    yield "|---|---|---|---|---|---|\n"
+    yield "|---" * (3 + len(SAMPLES)) + "|\n"
     for scene, fault in shown:
         row = " | ".join(cells[scene, fault, spp] for spp in sorted(SAMPLES))
         yield f"| {scene} | `{fault}` | {100 * changes[scene, fault]:.2g} % | {row} |\n"
