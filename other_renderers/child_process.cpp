@@ -91,7 +91,7 @@ std::string telling_line(const std::filesystem::path& log) {
     // Of progress, which carriage returns overwrite, what was to be seen in the end.
     line.erase(line.find_last_not_of("\r\n ") + 1);
     line.erase(0, line.find_last_of('\r') + 1);
-    if (line.size() > longest_line || separator(line)) continue;
+    if (line.size() > longest_line || separator(line) || line.starts_with("plumbline:")) continue;
     for (size_t i = 0; i < telling.size(); ++i) {
       if (std::regex_search(line, telling[i])) last[i] = line;
     }
