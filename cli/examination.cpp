@@ -115,13 +115,13 @@ void note(const Comparison& comparison, double tolerance, double samples, Answer
   answer.bias = whole.difference / mean;
   answer.error = whole.confidence / mean;
   answer.text = percent(answer.bias, answer.error);
-  if (comparison.is_same_but_for_pixels) {
-    answer.mark = Mark::right;
-    answer.text += fmt::format(", but for {} single pixels", comparison.levels.back().different);
-    return;
-  }
   switch (comparison.verdict) {
-    case Verdict::same: answer.mark = Mark::right; break;
+    case Verdict::same:
+      answer.mark = Mark::right;
+      if (const int64_t pixels = comparison.levels.back().different; pixels > 0) {
+        answer.text += fmt::format(", but for {} single pixels", pixels);
+      }
+      break;
     case Verdict::different:
       answer.mark = Mark::wrong;
       if (std::abs(answer.bias) - answer.error <= tolerance) {
@@ -178,6 +178,8 @@ Picture Examiner::look(const Question& question, int samples, int seeds, const P
   next_seed_ += seeds;
   answer.seconds += reference.process_seconds;
   answer.samples_per_pixel = reference.samples_per_pixel;
+  const double paths = double{1} * reference.samples_per_pixel * pixels_of(question);
+  if (paths > 0.0) slowest_ = std::max(slowest_, reference.wall_seconds / paths);
   rounds_.push_back({double{1} * reference.samples_per_pixel, reference.wall_seconds, 0.0});
   if (reference.seeds == 0) return {};
   int replicates = reference.seeds;
@@ -197,7 +199,10 @@ void Examiner::ask_in_rounds(const Question& question, Answer& answer) {
   const double pixels = pixels_of(question);
   const bool is_one_enough = question.is_uniform && is_scatter_honest_;
   const int least_seeds = is_one_enough ? 1 : scene_seeds;
-  double samples = std::max(16.0 * least_seeds, double(1 << 18) / pixels);  // of a pixel
+  // Of a pixel: what is worth a start of the program, unless that takes too long.
+  const double affordable_at_once = terms_.seconds / 4.0 / (slowest_ * pixels);
+  double samples =
+      std::max(16.0 * least_seeds, std::min(double(1 << 18) / pixels, affordable_at_once));
   const double most = std::max(1.0, most_of_a_run / pixels);
   for (int round = 0; !watcher_.stop; ++round) {
     const int seeds = std::max(least_seeds, int(std::ceil(samples / most)));
@@ -209,6 +214,7 @@ void Examiner::ask_in_rounds(const Question& question, Answer& answer) {
     Judgement judgement;
     judgement.tolerance.value = terms_.tolerance;
     judgement.false_alarm = false_alarm_ / std::exp2(round + 1);
+    judgement.max_outliers = {1.0, true};  // a pixel's noise is no more than an estimate
     if (!renderer_.has_samples) judgement.floor = Amount{0.0, true};
     const Comparison comparison = compare(
         test, truth, channels, {0, 0, test.image.width, test.image.height}, regions, judgement);

@@ -70,6 +70,7 @@ class Examiner {
   int next_seed_ = 1;
   bool are_seeds_heeded_ = true;   // pictures of two seeds differ, where there is noise
   bool is_scatter_honest_ = true;  // pixels of one picture are independent of each other
+  double slowest_ = 0.0;           // seconds of rendering that a path took, at most
   std::string version_;
   std::vector<Round> rounds_;
 };

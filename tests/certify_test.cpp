@@ -200,6 +200,15 @@ TEST_F(Certify, ADescriptionIsReadWithItsPlaceInErrors) {
   expect(complaint(good + "time_limit ="), "line 2");
 }
 
+TEST_F(Certify, TheDescriptionsOfOtherProgramsCanBeRead) {
+  const fs::path described = fs::path(PLUMB_SCENES).parent_path() / "other_renderers/described";
+  for (const auto& entry : fs::directory_iterator(described)) {
+    if (entry.path().extension() != ".toml") continue;
+    const OtherRenderer renderer = read_description(entry.path());
+    EXPECT_TRUE(renderer.has_samples) << entry.path();
+  }
+}
+
 TEST_F(Certify, APictureIsTurnedAndDecodedAsTheDescriptionSays) {
   // Written upside down, mirrored, by gamma 2.2 and half as bright: read as it was.
   const std::string scene = PLUMB_SCENES "/cornell/scene.xml";
