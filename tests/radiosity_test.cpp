@@ -349,7 +349,7 @@ TEST(Radiosity, RefusesWhatDoesNotFitIntoMemoryWithTheNumberOfElements) {
     return "";
   };
   EXPECT_NE(message_of(size_t{1} << 16).find("elements don't fit"), std::string::npos);
-  EXPECT_NE(message_of(size_t{1} << 20).find(" elements with "), std::string::npos);
+  EXPECT_NE(message_of(size_t{1} << 21).find(" elements with "), std::string::npos);
 }
 
 TEST(Radiosity, RefusesAllButMattePolygonsByName) {
