@@ -299,7 +299,7 @@ TEST(Radiosity, AgreesWithPathTracingInTheCornellBox) {
 
 TEST(Radiosity, ErrorsFallByHalfOrMoreInTheCornellBox) {
   Scene scene = read_scene(PLUMB_SCENES "/cornell/scene.xml");
-  scene.camera.width = scene.camera.height = 8;
+  scene.camera.width = scene.camera.height = 24;
   const Picture first = draw_level(scene, 1), second = draw_level(scene, 2);
   EXPECT_LT(first.error, 0.002);
   EXPECT_LT(second.error, first.error / 2.0);
