@@ -165,9 +165,7 @@ Reference Examiner::draw(const Question& question, int samples, int seeds, int f
   Reference reference =
       render_reference(renderer_, question.scene, question.file, settings, log, watcher_);
   if (!reference.program.empty()) version_ = reference.program;
-  if (!reference.version.empty() && reference.version != version_) {
-    version_ = reference.program + " " + reference.version;
-  }
+  if (version_.find(reference.version) == std::string::npos) version_ += " " + reference.version;
   return reference;
 }
 
