@@ -26,7 +26,7 @@ struct Provenance {
   std::optional<int> seed = {};              // the first one if there are several
   std::optional<std::string> samples = {};   // of every pixel: "64:128", the last one left out
   std::optional<int> replicates = {};        // independent pictures whose scatter gave the variance
-  std::optional<double> relative_error = {};   // estimated, as for `plumb render --error`
+  std::optional<double> relative_error = {};  // estimated, as for `plumb render --error`
   // By how much it may be wrong without any noise, as compare/card.h has it, in parts of 1.
   std::optional<double> image_floor = {}, region_floor = {};
   std::optional<double> wall_seconds = {};     // of rendering alone

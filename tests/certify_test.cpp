@@ -55,9 +55,9 @@ same_bits = true
   }
 
   Json certify(const std::string& description, const std::string& scenes, int status) const {
-    const Result result =
-        plumb(fmt::format("certify --quick --folder {} --with {} --scene {} --time 300 -o page.html",
-                          PLUMB_SCENES, description, scenes));
+    const Result result = plumb(
+        fmt::format("certify --quick --folder {} --with {} --scene {} --time 300 -o page.html",
+                    PLUMB_SCENES, description, scenes));
     EXPECT_EQ(result.exit_code, status) << result.output;
     std::ifstream stream(folder / "page.json");
     return stream ? Json::parse(stream) : Json();
