@@ -109,10 +109,10 @@ Question reference_scene(const fs::path& folder, const std::string& name) {
 Question some_bounces(const fs::path& folder, const BounceRange& bounces) {
   Question question = reference_scene(folder, "cornell");
   question.group = "bounce by bounce";
-  question.name = fmt::format("cornell, bounces {}", to_string(bounces));
+  question.name = fmt::format("cornell/{}", to_string(bounces));
   question.bounces = bounces;
   question.truth = [=, scene = question.scene] {
-    constexpr int64_t samples = 1024;
+    constexpr int64_t samples = 4096;
     Film film(scene.camera.width, scene.camera.height);
     render(scene, {.bounces = bounces}, {.samples = {0, samples}}, film, {}, &stop_requested);
     return to_picture("reference", film);
@@ -137,7 +137,7 @@ std::vector<Question> list_questions(const Options& options, const Terms& terms)
   add_known(options.folder / "stress", stress_group, terms, questions);
   std::erase_if(questions, [&](const Question& q) {
     if (!options.scenes.empty()) {
-      return std::ranges::find(options.scenes, q.scene.name) == options.scenes.end();
+      return std::ranges::find(options.scenes, q.name) == options.scenes.end();
     }
     return options.quick && q.group != "closed forms" && q.name != "cornell";
   });
@@ -284,13 +284,13 @@ void add_certify(CLI::App& app, int& exit_code) {
                    "Closed forms and the Cornell box alone, in a minute");
   add_option(command, "--folder", "DIR", options->folder,
              "Where the scenes are (default: reference_scenes)");
-  command.add_option("--scene", options->scenes, "Only these scenes, by name; can be repeated")
+  command.add_option("--scene", options->scenes, "Only these questions, by name; can be repeated")
       ->type_name("S")
       ->delimiter(',');
   command.footer(R"(Examples:
   plumb certify --with mine.toml --quick
   plumb certify --with mine.toml --tolerance 0.1 -o mine.html
-  plumb certify --with mine.toml --scene 03_tilted_lamp,cornell
+  plumb certify --with mine.toml --scene 03_tilted_lamp,cornell,cornell/2:2
 
 Asks from the simplest question on: the first wrong answer is the place to
 start. docs/renderers.md says how to describe a renderer. Ctrl-C writes what
