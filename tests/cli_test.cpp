@@ -378,7 +378,7 @@ TEST_F(CliTest, PowerFindsFaultsAndNothingWhereThereIsNone) {
       plumb("power --time 1 " + scenes + "/cornell/scene.xml " + scenes + "/seed/scene.xml");
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const std::vector<std::string> rows = rows_of(result.out);
-  EXPECT_EQ(rows.size(), 30U) << result.out;
+  EXPECT_EQ(rows.size(), 32U) << result.out;
   for (const std::string& row : rows) {
     const bool is_found = row.find("not found") == std::string::npos;
     const auto tells = [&](const char* fault) { return row.find(fault) != std::string::npos; };

@@ -23,7 +23,10 @@ class Provenance(unittest.TestCase):
                 self.assertIn(value, self.names)
 
     def test_of_stored_pictures_is_read(self):
+        drawn_by_hand = ROOT / "reference_scenes" / "closed_forms"
         for picture in (ROOT / "reference_scenes").rglob("*.exr"):
+            if picture.is_relative_to(drawn_by_hand):
+                continue
             found = exr.provenance(picture)
             self.assertLessEqual(set(found), set(self.names))
             self.assertEqual(len(found[exr.SCENE_HASH]), 40)

@@ -40,7 +40,7 @@ def keep_pages(test):
 
 def table(installed):
     return [{"word": word, "name": name, "isInstalled": word in installed,
-             "hasSamples": word != "povray"}
+             "hasSamples": word != "povray", "with": word}
             for word, name in (("cycles", "Cycles"), ("mitsuba", "Mitsuba"), ("povray", "POV-Ray"))]
 
 
@@ -51,7 +51,7 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
         cls.plan = make_report.Plan(out=pathlib.Path(cls.folder.name), scenes=("cornell",),
                                     methods="mis", samplers="sobol", last=16, runs=2,
                                     best=64)
-        make_report.other_renderers = lambda _: table([])
+        make_report.other_renderers = lambda *_: table([])
         pages = keep_pages(cls.addClassCleanup)
         cls.file, cls.lines = make_report.make(PLUMB, cls.plan)
         cls.data = pages[-1]
@@ -128,7 +128,7 @@ class ReportInStages(unittest.TestCase):
         self.pages = keep_pages(self.addCleanup)
         for patch in (
                 mock.patch.object(make_report, "other_renderers",
-                                  lambda _: table(["cycles", "povray"])),
+                                  lambda *_: table(["cycles", "povray"])),
                 mock.patch.object(make_report.SceneReport, "drawn", [], create=True)):
             patch.start()
             self.addCleanup(patch.stop)
@@ -194,7 +194,7 @@ class ReportOfAllScenes(unittest.TestCase):
             shutil.copy(ROOT / "reference_scenes" / "spheres" / "scene.xml", scenes / "glass_room")
             pages = keep_pages(self.addCleanup)
             with mock.patch.object(make_report, "SCENES", scenes), \
-                    mock.patch.object(make_report, "other_renderers", lambda _: table(["cycles", "povray"])), \
+                    mock.patch.object(make_report, "other_renderers", lambda *_: table(["cycles", "povray"])), \
                     mock.patch.object(make_report.SceneReport, "drawn_by", draw):
                 make_report.make(PLUMB, make_report.Plan(out=pathlib.Path(folder), scenes=("glass_room",),
                                                          methods="mis", best=16, last=4, runs=2))
@@ -213,7 +213,7 @@ class ReportOfAllScenes(unittest.TestCase):
     def test_light_that_chance_never_meets_is_not_asked_of_it(self):
         with tempfile.TemporaryDirectory() as folder:
             pages = keep_pages(self.addCleanup)
-            with mock.patch.object(make_report, "other_renderers", lambda _: table([])):
+            with mock.patch.object(make_report, "other_renderers", lambda *_: table([])):
                 make_report.make(PLUMB, make_report.Plan(out=pathlib.Path(folder), scenes=("shadows",),
                                                          methods="bsdf,mis", best=16, last=4, runs=2))
         plot = pages[-1]["scenes"][0]["convergence"]["svg"]
@@ -224,7 +224,7 @@ class ReportOfAllScenes(unittest.TestCase):
 class InterruptedReport(unittest.TestCase):
     def test_ends_as_interrupted_and_keeps_what_is_finished(self):
         script = ("import sys, pathlib; sys.path.insert(0, 'report'); import make_report as m; "
-                  "m.other_renderers = lambda _: []; "
+                  "m.other_renderers = lambda *_: []; "
                   f"plan = m.Plan(out=pathlib.Path(sys.argv[1]), best=64); m.make({PLUMB!r}, plan)")
         with tempfile.TemporaryDirectory() as folder:
             kept = pathlib.Path(folder) / "report" / "cornell" / "whole"
