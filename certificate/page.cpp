@@ -142,6 +142,7 @@ std::string to_html(const Certificate& certificate) {
       escape(certificate.version.empty() ? certificate.renderer : certificate.version),
       certificate.host.empty() ? "" : ", " + escape(certificate.host),
       100.0 * certificate.tolerance);
+  if (!certificate.is_complete) page += "<p>It was interrupted: not all questions were asked.\n";
   page += table(certificate.answers);
   if (!certificate.noise.empty()) {
     page += fmt::format("<h2>Noise</h2>\n<p>{}\n", escape(certificate.noise));

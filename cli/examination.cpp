@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "compare/comparison.h"
+#include "compare/explanation.h"
 #include "compare/maps.h"
 #include "compare/report.h"
 #include "compare/sums.h"
@@ -44,33 +45,6 @@ bool has_noise(const Image& image) {
   return std::ranges::any_of(variances, [](float variance) { return variance > 0.0f; });
 }
 
-// Gives an image the variances that the scatter of its difference from the truth has, in blocks of
-// 8 x 8 pixels: more than the noise, if the difference is not the same in a block.
-void take_variance_from_scatter(Image& image, const std::vector<float>& truth) {
-  const std::vector<float> values = rgb_of(image);
-  image.channels = {"R", "G", "B", "variance.R", "variance.G", "variance.B"};
-  image.values.assign(values.size() * 2, 0.0f);
-  const Window whole{0, 0, image.width, image.height};
-  for (int top = 0; top < image.height; top += block_side) {
-    for (int left = 0; left < image.width; left += block_side) {
-      const Window block{left, top, std::min(block_side, whole.width - left),
-                         std::min(block_side, whole.height - top)};
-      Replicates<double> scatter[3];
-      for_each_pixel(block, [&](int x, int y) {
-        const size_t i = image.pixel(x, y) * 3;
-        for (size_t c = 0; c < 3; ++c) scatter[c].add(double{values[i + c]} - truth[i + c]);
-      });
-      for_each_pixel(block, [&](int x, int y) {
-        const size_t i = image.pixel(x, y);
-        for (size_t c = 0; c < 3; ++c) {
-          image.values[i * 6 + c] = values[i * 3 + c];
-          image.values[i * 6 + 3 + c] = float(scatter[c].variance() * scatter[c].count);
-        }
-      });
-    }
-  }
-}
-
 // The mean of what the variance of each value is to its square.
 double relative_variance(const Picture& test, const Picture& truth) {
   double sum = 0.0;
@@ -80,21 +54,6 @@ double relative_variance(const Picture& test, const Picture& truth) {
     sum += relative_square(pair.test_variance, pair.reference);
   }
   return sum / double(pixels);
-}
-
-// What has no noise says that.
-void take_for_noiseless(Picture& truth) {
-  if (has_noise(truth.image)) return;
-  Image image{truth.image.width,
-              truth.image.height,
-              {"R", "G", "B", "variance.R", "variance.G", "variance.B"},
-              {},
-              {}};
-  const std::vector<float> values = rgb_of(truth.image);
-  for (size_t i = 0; i < values.size(); i += 3) {
-    image.values.insert(image.values.end(), {values[i], values[i + 1], values[i + 2], 0, 0, 0});
-  }
-  truth = to_picture("reference", std::move(image), block_side * block_side);
 }
 
 std::string percent(double bias, double error) {
@@ -115,13 +74,13 @@ void note(const Comparison& comparison, double tolerance, double samples, Answer
   answer.bias = whole.difference / mean;
   answer.error = whole.confidence / mean;
   answer.text = percent(answer.bias, answer.error);
+  if (comparison.verdict == Verdict::same || comparison.is_same_but_for_pixels) {
+    answer.mark = Mark::right;
+    const int64_t pixels = comparison.levels.back().different;
+    if (pixels > 0) answer.text += fmt::format(", but for {} single pixels", pixels);
+    return;
+  }
   switch (comparison.verdict) {
-    case Verdict::same:
-      answer.mark = Mark::right;
-      if (const int64_t pixels = comparison.levels.back().different; pixels > 0) {
-        answer.text += fmt::format(", but for {} single pixels", pixels);
-      }
-      break;
     case Verdict::different:
       answer.mark = Mark::wrong;
       if (std::abs(answer.bias) - answer.error <= tolerance) {
@@ -169,9 +128,9 @@ Reference Examiner::draw(const Question& question, int samples, int seeds, int f
   return reference;
 }
 
-// Draws anew, and finds the noise of what was drawn.
-Picture Examiner::look(const Question& question, int samples, int seeds, const Picture& truth,
-                       Answer& answer) {
+// Draws anew. Where the picture doesn't tell its noise, it has none, or match_with_truth() finds
+// it.
+Picture Examiner::look(const Question& question, int samples, int seeds, Answer& answer) {
   Reference reference = draw(question, samples, seeds, next_seed_);
   next_seed_ += seeds;
   answer.seconds += reference.process_seconds;
@@ -180,19 +139,19 @@ Picture Examiner::look(const Question& question, int samples, int seeds, const P
   if (paths > 0.0) slowest_ = std::max(slowest_, reference.wall_seconds / paths);
   rounds_.push_back({double{1} * reference.samples_per_pixel, reference.wall_seconds, 0.0});
   if (reference.seeds == 0) return {};
-  int replicates = reference.seeds;
-  const bool is_known = has_noise(reference.image) || (are_seeds_heeded_ && seeds > 1);
-  if (renderer_.has_samples && !is_known) {
-    take_variance_from_scatter(reference.image, rgb_of(truth.image));
-    replicates = block_side * block_side;
-  }
   reference.image.provenance.samples = fmt::format("0:{}", reference.samples_per_pixel);
-  return to_picture("test", std::move(reference.image), replicates);
+  return to_picture("test", std::move(reference.image), reference.seeds);
+}
+
+std::vector<std::string> Examiner::match_with_truth(Picture& test, Picture& truth, int seeds) {
+  const auto channels = match(test, truth, {}, true);
+  const bool is_known = has_noise(test.image) || (are_seeds_heeded_ && seeds > 1);
+  if (renderer_.has_samples && !is_known) tell_noise_by_neighbours(test, truth);
+  return channels;
 }
 
 void Examiner::ask_in_rounds(const Question& question, Answer& answer) {
   Picture truth = question.truth();
-  take_for_noiseless(truth);
   const Regions regions = regions_of(question);
   const double pixels = pixels_of(question);
   const bool is_one_enough = question.is_uniform && is_scatter_honest_;
@@ -205,15 +164,16 @@ void Examiner::ask_in_rounds(const Question& question, Answer& answer) {
   for (int round = 0; !watcher_.stop; ++round) {
     const int seeds = std::max(least_seeds, int(std::ceil(samples / most)));
     const double before = answer.seconds;
-    Picture test = look(question, int(samples / seeds), seeds, truth, answer);
+    Picture test = look(question, int(samples / seeds), seeds, answer);
     if (watcher_.stop) break;
-    const auto channels = match(test, truth, {}, true);
+    const auto channels = match_with_truth(test, truth, seeds);
     rounds_.back().variance = relative_variance(test, truth);
     Judgement judgement;
     judgement.tolerance.value = terms_.tolerance;
     judgement.false_alarm = false_alarm_ / std::exp2(round + 1);
-    judgement.max_outliers = {1.0, true};  // a pixel's noise is no more than an estimate
-    if (!renderer_.has_samples) judgement.floor = Amount{0.0, true};
+    const bool is_estimate = !test.file_variances.empty();  // what a single pixel's noise is
+    if (is_estimate) judgement.max_outliers = {1.0, true};
+    judgement.floor = Amount{0.0, true};  // what tells no noise has none
     const Comparison comparison = compare(
         test, truth, channels, {0, 0, test.image.width, test.image.height}, regions, judgement);
     note(comparison, terms_.tolerance, samples, answer);

@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "faults/curves.h"
+#include "faults/clamp.h"
 #include "faults/trace_faulty.h"
+#include "images/srgb.h"
 
 namespace plumb {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The estimator with one of the faults of faults.h, chosen at run time.
-#include "faults/curves.h"
+#include "faults/clamp.h"
 #include "faults/faults.h"
 #include "renderer/simd/path-inl.h"
 

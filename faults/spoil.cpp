@@ -5,8 +5,9 @@
 #include <cmath>
 #include <functional>
 
-#include "faults/curves.h"
+#include "faults/clamp.h"
 #include "faults/faults.h"
+#include "images/srgb.h"
 #include "scene/surfaces.h"
 
 namespace plumb {

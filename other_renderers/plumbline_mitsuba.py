@@ -35,6 +35,8 @@ def parse_arguments():
     parser.add_argument("--x-fov", type=float, metavar="DEGREES",
                         help="of that size, along x (default: the scene's)")
     parser.add_argument("--threads", type=int, help="at most (default: one per processor)")
+    parser.add_argument("--integrator", default="path", help="default: path")
+    parser.add_argument("--variant", help="default: see above")
     return parser.parse_args()
 
 
@@ -72,13 +74,13 @@ def main():
         import mitsuba
     except ImportError:
         sys.exit("Mitsuba is not installed for this python3: pip install mitsuba")
-    variant = usable_variant()
+    variant = arguments.variant or usable_variant()
     mitsuba.set_variant(variant)
     if arguments.threads:
         drjit.set_thread_count(arguments.threads)
     # Mitsuba counts the path's edges: emission seen directly has a depth of 1.
     depth = -1 if arguments.bounces is None else arguments.bounces + 1
-    integrator = mitsuba.load_dict({"type": "path", "max_depth": depth})
+    integrator = mitsuba.load_dict({"type": arguments.integrator, "max_depth": depth})
     scene = load_scene(mitsuba, arguments.scene, arguments.size, arguments.x_fov)
 
     def render(spp, seed):
@@ -92,7 +94,7 @@ def main():
     picture = render(arguments.spp, arguments.seed)
     seconds = time.perf_counter() - begin
     picture.write(arguments.output)
-    settings = {"variant": variant, "sampler": "multijitter", "integrator": "path",
+    settings = {"variant": variant, "sampler": "multijitter", "integrator": arguments.integrator,
                 "max_depth": depth, "spp": arguments.spp, "seed": arguments.seed}
     report = {"program": f"Mitsuba {mitsuba.__version__}", "version": mitsuba.__version__,
               "seconds": seconds, "settings": settings}

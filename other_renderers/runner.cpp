@@ -24,6 +24,7 @@
 #include "images/output_file.h"
 #include "images/replicates.h"
 #include "images/rgb.h"
+#include "images/srgb.h"
 #include "other_renderers/child_process.h"
 #include "other_renderers/export.h"
 
@@ -89,9 +90,7 @@ std::vector<Run> list_runs(const OtherRenderer& renderer, Job job) {
 float decode(float value, const Decoding& decoding) {
   switch (decoding.transfer) {
     case Decoding::Transfer::linear: break;
-    case Decoding::Transfer::srgb:
-      value = value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
-      break;
+    case Decoding::Transfer::srgb: value = float(linear_of_srgb(double{value})); break;
     case Decoding::Transfer::gamma: value = std::pow(std::max(value, 0.0f), 2.2f); break;
   }
   return value * float(decoding.scale);

@@ -104,6 +104,14 @@ TEST_F(Certify, AFaultIsFoundByTheFirstSceneThatShowsIt) {
   EXPECT_EQ(first_wrong("five-bounces"), "11_room");
 }
 
+TEST_F(Certify, APictureIsFoundThatIsUpsideDownMirroredOrShifted) {
+  for (const char* keys : {"[picture]\nflipped = true", "[picture]\nmirrored = true"}) {
+    const Json certificate = certify(describe_ours("", keys), "00_corners", 1);
+    EXPECT_EQ(answer(certificate, "00_corners")["mark"], "wrong");
+  }
+  certify(describe_ours(R"(, "--fault", "half-pixel")"), "00_corners", 1);
+}
+
 TEST_F(Certify, ThePageShowsWhatIsWrongAndWhatItMayBe) {
   certify(describe_ours(R"(, "--fault", "inverse-pi")"), "02_matte_floor", 1);
   std::ifstream stream(folder / "page.html");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
+// The curve of sRGB (IEC 61966-2-1).
 #pragma once
 
 #include <algorithm>
@@ -7,11 +8,7 @@
 
 namespace plumb {
 
-// Where the integrator with the fault clamp-indirect clamps. To clamp elsewhere, plant() dims all
-// lamps and spoil() brightens the picture.
-constexpr float clamped_at = 10.0F;
-
-// The curve of sRGB (IEC 61966-2-1), from code to radiance and back, both from 0 to 1.
+// From code to radiance and back, both from 0 to 1. Codes may be larger, radiance is cut off there.
 inline double linear_of_srgb(double code) {
   return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4);
 }
