@@ -93,7 +93,8 @@ Film steadied(const Film& reference, Film film, const Film& base) {
   if (scatter(own) <= scatter(steady)) return film;
   Film sum(reference.width(), reference.height());
   for (size_t r = 0; r < own.size(); ++r) {
-    sum.add_mean(static_cast<int>(r), reference.samples_per_replicate()[r], steady[r]);
+    const int64_t samples = reference.samples_per_replicate()[r];
+    sum.add_sums(static_cast<int>(r), samples, steady[r], double(samples));
   }
   return sum;
 }

@@ -18,7 +18,11 @@
 namespace plumb {
 namespace {
 
-std::string replicate_prefix(int replicate) { return fmt::format("replicate{}.", replicate); }
+constexpr size_t terms = std::tuple_size_v<decltype(ExactSum{}.terms())>;
+
+std::string term_prefix(int replicate, size_t term) {
+  return fmt::format("replicate{}.sum{}.", replicate, term);
+}
 
 }  // namespace
 
@@ -38,7 +42,9 @@ Image to_image(const Film& film, bool is_part) {
   if (film.knows_variance()) layers.emplace_back("variance.", film.variance());
   for (int r = 0; is_part && r < Film::replicates; ++r) {
     if (film.samples_per_replicate()[size_t(r)] == 0) continue;
-    layers.emplace_back(replicate_prefix(r), film.replicate_mean(r));
+    for (size_t k = 0; k < terms; ++k) {
+      layers.emplace_back(term_prefix(r, k), film.replicate_term(r, k));
+    }
   }
 
   Image image{film.width(), film.height(), {}, {}, {}};
@@ -83,11 +89,13 @@ void add_part(Film& film, const Image& part, const SampleRange& samples) {
   const Film::Counts counts = samples_per_replicate(samples);
   for (int r = 0; r < Film::replicates; ++r) {
     if (counts[size_t(r)] == 0) continue;
-    const std::vector<float> mean = rgb_of(part, replicate_prefix(r));
-    if (mean.empty()) {
-      throw ImageError("lacks replicates: only what --samples has rendered can be merged");
+    for (size_t k = 0; k < terms; ++k) {
+      const std::vector<float> values = rgb_of(part, term_prefix(r, k));
+      if (values.empty()) {
+        throw ImageError("lacks sums: only what --samples has rendered can be merged");
+      }
+      film.add_sums(r, k == 0 ? counts[size_t(r)] : 0, values, 1.0);
     }
-    film.add_mean(r, counts[size_t(r)], mean);
   }
 }
 
@@ -104,6 +112,7 @@ Provenance describe(const Scene& scene, const Settings& settings, const SampleRa
           .bounces = to_string(settings.bounces),
           .seed = static_cast<int>(settings.seed),
           .samples = to_string(samples),
+          .brightness = scene.brightness(),
           .replicates = Film::replicates,
           .relative_error = film.relative_error(),
           .wall_seconds = cost.wall_seconds,

@@ -17,7 +17,8 @@
 namespace plumb {
 
 // Channels R G B and, if two replicates have samples, variance.R G B. A part of a render also gets
-// the mean of each replicate r that has samples, as replicate<r>.R G B.
+// the sum of each replicate r that has samples, exactly: replicate<r>.sum<k>.R G B, k = 0 to 3, add
+// up to it.
 Image to_image(const Film& film, bool is_part);
 
 // The same for a comparison: its replicates are those that have samples.
@@ -26,7 +27,7 @@ Picture to_picture(const std::string& side, const Film& film);
 // A colour for each region and black for none; the provenance says the regions' names.
 Image to_image(const RegionMask& mask, const Camera& camera);
 
-// Adds the samples of a part. Throws ImageError if it has another size or lacks a replicate.
+// Adds the samples of a part. Throws ImageError if it has another size or lacks a sum.
 void add_part(Film& film, const Image& part, const SampleRange& samples);
 
 // Processor (named by /proc on x86 only) and threads; 0: as many as the machine has.

@@ -46,6 +46,7 @@ void run(const Options& options) {
       parts.push_back(parse_samples(*image.provenance.samples));
       if (!film) {
         film.emplace(image.width, image.height);
+        film->set_brightness(image.provenance.brightness.value_or(1.0));
         provenance = image.provenance;
       } else {
         add_part(provenance, image.provenance);
@@ -81,9 +82,9 @@ void add_merge(CLI::App& app, int&) {
   plumb render scene.xml --samples 64:128 -o b.exr
   plumb merge a.exr b.exr -o whole.exr
 
-The whole is what '--samples 0:128' would have given, up to rounding, and
-can be merged in turn. Parts that overlap, leave a gap or differ in scene, size,
-seed or method are refused. Exit codes: 0 done, 2 trouble.)");
+The whole has the bits that '--samples 0:128' would have given, and can be
+merged in turn. Parts that overlap, leave a gap or differ in scene, size, seed
+or method are refused. Exit codes: 0 done, 2 trouble.)");
   command.callback([options] { run(*options); });
 }
 

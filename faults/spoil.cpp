@@ -225,7 +225,7 @@ Film spoil(Fault fault, const Film& film, const Scene& scene, std::optional<doub
   for (size_t r = 0; r < replicates.size(); ++r) {
     if (counts[r] == 0) continue;
     for (size_t i = 0; i < off.size(); ++i) replicates[r][i] += static_cast<float>(off[i]);
-    result.add_mean(static_cast<int>(r), counts[r], replicates[r]);
+    result.add_sums(static_cast<int>(r), counts[r], replicates[r], double(counts[r]));
   }
   return result;
 }

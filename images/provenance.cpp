@@ -39,6 +39,7 @@ void for_each_field(Visit visit) {
   visit("settings", &P::settings, Of::render);
   visit("seed", &P::seed, Of::render);
   visit("samples", &P::samples, Of::picture);
+  visit("brightness", &P::brightness, Of::render);
   visit("replicates", &P::replicates, Of::render);
   visit("relativeError", &P::relative_error, Of::picture);
   visit("imageFloor", &P::image_floor, Of::picture);

@@ -12,7 +12,7 @@
 namespace plumb {
 
 Film::Film(int width, int height)
-    : width_(width), height_(height), sums_(size_t(pixel_count()) * replicates * 3, 0.0) {}
+    : width_(width), height_(height), sums_(size_t(pixel_count()) * replicates * 3) {}
 
 Film::Counts samples_per_replicate(const SampleRange& samples) {
   Film::Counts counts;
@@ -32,12 +32,10 @@ void Film::end_pass(SampleRange samples) {
   std::ranges::transform(counts_, added, counts_.begin(), std::plus{});
 }
 
-void Film::add_mean(int replicate, int64_t samples, const std::vector<float>& mean) {
-  for (int64_t p = 0; p < pixel_count(); ++p) {
-    double* sum = &sums_[size_t(p * replicates + replicate) * 3];
-    for (size_t c = 0; c < 3; ++c) {
-      sum[c] += static_cast<double>(samples) * double{mean[size_t(p) * 3 + c]};
-    }
+void Film::add_sums(int replicate, int64_t samples, const std::vector<float>& values,
+                    double weight) {
+  for (size_t i = 0; i < values.size(); ++i) {
+    sums_[index_of(i, replicate)].add(weight * double{values[i]}, grid_);
   }
   counts_[size_t(replicate)] += samples;
 }
@@ -56,20 +54,21 @@ bool Film::knows_variance() const {
 // = V (1 + sum a_r) for a_r = w_r^2 / (1 - 2 w_r), whatever the s_r are. With two replicates of
 // equal share that is 0 / 0, whose limit is ((x_1 - x_2) / 2)^2.
 Film::Moments Film::moments(int64_t pixel) const {
-  const double* sums = &sums_[size_t(pixel) * replicates * 3];
+  const ExactSum* sums = &sums_[size_t(pixel) * replicates * 3];
   const auto total = static_cast<double>(samples_per_pixel());
   Moments result;
   if (total == 0.0) return result;
   for (size_t c = 0; c < 3; ++c) {
     double mean = 0.0;
-    for (size_t r = 0; r < replicates; ++r) mean += sums[r * 3 + c] / total;
+    for (size_t r = 0; r < replicates; ++r) mean += sums[r * 3 + c].value() / total;
     double scatter = 0.0;
     double weights = 0.0;
     for (size_t r = 0; r < replicates; ++r) {
       if (counts_[r] == 0) continue;
       const auto n = static_cast<double>(counts_[r]);
       const double weight = n * n / (total * std::max(total - 2.0 * n, 1e-9));
-      scatter += weight * (sums[r * 3 + c] / n - mean) * (sums[r * 3 + c] / n - mean);
+      const double off = sums[r * 3 + c].value() / n - mean;
+      scatter += weight * off * off;
       weights += weight;
     }
     result.mean[c] = mean;
@@ -105,15 +104,20 @@ double Film::relative_error() const {
   return std::sqrt(sum / static_cast<double>(3 * pixel_count()));
 }
 
+template <class Pick>
+std::vector<float> Film::collect_sums(int replicate, Pick pick) const {
+  std::vector<float> values(size_t(pixel_count()) * 3);
+  for (size_t i = 0; i < values.size(); ++i) values[i] = pick(sums_[index_of(i, replicate)]);
+  return values;
+}
+
 std::vector<float> Film::replicate_mean(int replicate) const {
   const auto n = static_cast<double>(counts_[size_t(replicate)]);
-  std::vector<float> values;
-  values.reserve(size_t(pixel_count()) * 3);
-  for (int64_t p = 0; p < pixel_count(); ++p) {
-    const double* sum = &sums_[size_t(p * replicates + replicate) * 3];
-    for (size_t c = 0; c < 3; ++c) values.push_back(static_cast<float>(sum[c] / n));
-  }
-  return values;
+  return collect_sums(replicate, [n](const ExactSum& sum) { return float(sum.value() / n); });
+}
+
+std::vector<float> Film::replicate_term(int replicate, size_t term) const {
+  return collect_sums(replicate, [term](const ExactSum& sum) { return sum.terms()[term]; });
 }
 
 }  // namespace plumb

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "images/exact_sum.h"
 #include "renderer/settings.h"
 
 namespace plumb {
@@ -17,6 +18,9 @@ namespace plumb {
 // the sampler of its own, so the replicates' means are independent and their scatter measures the
 // noise honestly, which the samples of one low-discrepancy set would not.
 //
+// Sums are exact: a film holds the same bits in whatever order, and in whatever parts, it got the
+// samples.
+//
 // Different threads may add to different pixels at the same time.
 class Film {
  public:
@@ -24,6 +28,10 @@ class Film {
   using Counts = std::array<int64_t, replicates>;
 
   Film(int width, int height);
+
+  // About the largest radiance of a sample, on which the exactness of sums depends (SumGrid);
+  // render() says the scene's.
+  void set_brightness(double brightness) { grid_ = SumGrid(brightness); }
 
   int width() const { return width_; }
   int height() const { return height_; }
@@ -43,12 +51,13 @@ class Film {
   // Adds the radiance of one sample.
   template <typename T>
   void add(size_t pixel, size_t replicate, const T* radiance, size_t stride) {
-    double* sum = &next_[(pixel * replicates + replicate) * 3];
-    for (size_t c = 0; c < 3; ++c) sum[c] += double{radiance[c * stride]};
+    ExactSum* sum = &next_[(pixel * replicates + replicate) * 3];
+    for (size_t c = 0; c < 3; ++c) sum[c].add(double{radiance[c * stride]}, grid_);
   }
 
-  // Adds samples of which only the mean is known, in the layout of mean().
-  void add_mean(int replicate, int64_t samples, const std::vector<float>& mean);
+  // Adds samples of which only the sum is known: to `weight` times each of the values, in the
+  // layout of mean(). Further terms of the same sums are added as of no samples.
+  void add_sums(int replicate, int64_t samples, const std::vector<float>& values, double weight);
 
   int64_t samples_per_pixel() const;
   const Counts& samples_per_replicate() const { return counts_; }
@@ -68,6 +77,9 @@ class Film {
   // The replicates' own means, in the layout of mean(); `replicate` must have samples.
   std::vector<float> replicate_mean(int replicate) const;
 
+  // A term of the replicates' sums (ExactSum::terms()), in the layout of mean().
+  std::vector<float> replicate_term(int replicate, size_t term) const;
+
  private:
   // Of a pixel, RGB.
   struct Moments {
@@ -77,11 +89,19 @@ class Film {
   Moments moments(int64_t pixel) const;
   template <class Pick>
   std::vector<float> collect(Pick pick) const;
+  template <class Pick>
+  std::vector<float> collect_sums(int replicate, Pick pick) const;
+
+  // Where the sum of the value that is number i of mean() is.
+  static size_t index_of(size_t i, int replicate) {
+    return (i / 3 * replicates + size_t(replicate)) * 3 + i % 3;
+  }
 
   int width_;
   int height_;
-  std::vector<double> sums_;
-  std::vector<double> next_;  // the sums with the pass under way
+  SumGrid grid_;
+  std::vector<ExactSum> sums_;
+  std::vector<ExactSum> next_;  // the sums with the pass under way
   Counts counts_{};
 };
 

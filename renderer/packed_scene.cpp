@@ -30,21 +30,6 @@ Plane<T> pack_plane(const Vec3& normal, const Vec3& point, double shift = 0.0) {
   return {pack<T>(normal), static_cast<T>(-normal.dot(point) - shift)};
 }
 
-Imath::Box3d bounds(const std::vector<Shape>& shapes) {
-  Imath::Box3d box;
-  for (const Shape& shape : shapes) {
-    if (const auto* sphere = std::get_if<Sphere>(&shape.geometry)) {
-      box.extendBy(sphere->center - Vec3(sphere->radius));
-      box.extendBy(sphere->center + Vec3(sphere->radius));
-    } else {
-      for (const Polygon& face : std::get<Mesh>(shape.geometry)) {
-        for (const Vec3& corner : face.corners) box.extendBy(corner);
-      }
-    }
-  }
-  return box;
-}
-
 // Whether every edge lies between two faces, and no corner above any face.
 bool is_convex_solid(const Mesh& mesh) {
   std::vector<std::pair<Vec3, Vec3>> edges;
@@ -318,16 +303,6 @@ class TreeBuilder {
 
 double sum(const Rgb& radiance) { return radiance.dot(Rgb(1.0)); }
 
-// The sum of the brightest lamp's radiance.
-double brightest_of(const Scene& scene, double scale) {
-  double brightest = sum(scene.sky);
-  for (const Shape& shape : scene.shapes) brightest = std::max(brightest, sum(shape.radiance));
-  for (const PointLamp& p : scene.points) {
-    brightest = std::max(brightest, sum(p.intensity) * scale * scale);
-  }
-  return brightest;
-}
-
 // A sky's irradiance counts as a lamp's strength at the distance 1.
 template <typename T>
 PackedLamp<T> pack_sky(const Rgb& sky, double brightest) {
@@ -532,7 +507,7 @@ T PackedFilter<T>::share_below(T offset) const {
 }
 
 double float_growth(const Scene& scene) {
-  const Imath::Box3d box = bounds(scene.shapes);
+  const Imath::Box3d box = scene.bounds();
   const double eye = (scene.camera.origin - box.center()).length();
   const double size = std::max((box.max - box.center()).length(), eye);
   return rounding_errors * size * std::numeric_limits<float>::epsilon() / 2.0;
@@ -543,10 +518,9 @@ template struct PackedFilter<double>;
 
 template <typename T>
 PackedScene<T>::PackedScene(const Scene& scene) {
-  const Imath::Box3d box = bounds(scene.shapes);
+  const Imath::Box3d box = scene.bounds();
   const Vec3 middle = box.isEmpty() ? Vec3(0.0) : box.center();
-  const double radius = box.isEmpty() ? 0.0 : (box.max - middle).length();
-  const double scale = radius > 0.0 ? 1.0 / radius : 1.0;
+  const double scale = 1.0 / scene.radius();
   camera = pack_camera<T>(scene.camera, middle, scale);
 
   const Vec3 eye = (scene.camera.origin - middle) * scale;
@@ -559,7 +533,7 @@ PackedScene<T>::PackedScene(const Scene& scene) {
   surfaces.stride = static_cast<int>((list.size() / 64 + 1) * 64);
   surfaces.values.assign(size_t{SurfaceTable<T>::columns} * size_t(surfaces.stride), T{0});
   const std::vector<int> planes = first_coplanar(list);
-  const double brightest = brightest_of(scene, scale);
+  const double brightest = scene.brightness();
   has_sky = scene.has_sky();
   const bool is_open = has_sky || !scene.points.empty();
   size_t mirrored_lamps = 0;

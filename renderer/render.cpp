@@ -224,6 +224,7 @@ Cost render(const Scene& scene, const Settings& settings, const Limits& limits, 
   if (settings.method == Method::bsdf && !scene.points.empty()) {
     throw std::invalid_argument("method bsdf: chance never meets lamps that are points");
   }
+  film.set_brightness(scene.brightness());
   if (is_plain) return render_as<PlainScene>(scene, settings, limits, film, progress, stop);
   if (is_double) {
     return render_as<PackedScene<double>>(scene, settings, limits, film, progress, stop);

@@ -79,6 +79,43 @@ double Camera::half_width() const {
   return tangent;
 }
 
+Imath::Box3d bounds(const Mesh& mesh) {
+  Imath::Box3d box;
+  for (const Polygon& face : mesh) {
+    for (const Vec3& corner : face.corners) box.extendBy(corner);
+  }
+  return box;
+}
+
+Imath::Box3d Shape::bounds() const {
+  const auto* sphere = std::get_if<Sphere>(&geometry);
+  if (sphere == nullptr) return plumb::bounds(std::get<Mesh>(geometry));
+  return {sphere->center - Vec3(sphere->radius), sphere->center + Vec3(sphere->radius)};
+}
+
+Imath::Box3d Scene::bounds() const {
+  Imath::Box3d box;
+  for (const Shape& shape : shapes) box.extendBy(shape.bounds());
+  return box;
+}
+
+double Scene::radius() const {
+  const Imath::Box3d box = bounds();
+  const double radius = box.isEmpty() ? 0.0 : (box.max - box.center()).length();
+  return radius > 0.0 ? radius : 1.0;
+}
+
+double Scene::brightness() const {
+  const auto sum = [](const Rgb& rgb) { return rgb.dot(Rgb(1.0)); };
+  const double scale = 1.0 / radius();
+  double brightness = sum(sky);
+  for (const Shape& shape : shapes) brightness = std::max(brightness, sum(shape.radiance));
+  for (const PointLamp& p : points) {
+    brightness = std::max(brightness, sum(p.intensity) * scale * scale);
+  }
+  return brightness;
+}
+
 bool Scene::has_lamps() const {
   return has_sky() || !points.empty() || std::ranges::any_of(shapes, &Shape::is_lamp);
 }

@@ -6,6 +6,7 @@
 // unit beyond that: a scene is consistent in itself.
 #pragma once
 
+#include <Imath/ImathBox.h>
 #include <Imath/ImathVec.h>
 
 #include <array>
@@ -47,6 +48,9 @@ struct Sphere {
 
 using Mesh = std::vector<Polygon>;
 
+// The smallest box around it.
+Imath::Box3d bounds(const Mesh& mesh);
+
 // How a surface scatters light:
 //
 //   diffuse     Lambertian, f = reflectance / pi
@@ -84,6 +88,7 @@ struct Shape {
   Rgb radiance{0.0};  // emitted on the side of the normal; zero: no lamp
 
   bool is_lamp() const { return radiance != Rgb(0.0); }
+  Imath::Box3d bounds() const;
 };
 
 // A lamp without size, which no picture shows and no path meets by chance. It sends `intensity`,
@@ -166,6 +171,15 @@ struct Scene {
 
   bool has_sky() const { return sky != Rgb(0.0); }
   bool has_lamps() const;  // of any kind, the sky among them
+
+  // Of the shapes: the box around them, empty if there are none, and half its diagonal, or 1 if
+  // that is nothing.
+  Imath::Box3d bounds() const;
+  double radius() const;
+
+  // The sum of the three channels of the brightest lamp's radiance; of a lamp without size, of its
+  // intensity over the square of the radius.
+  double brightness() const;
 };
 
 }  // namespace plumb

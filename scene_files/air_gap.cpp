@@ -14,20 +14,6 @@ namespace {
 constexpr double gap = 3e-5;    // float loses less than a tenth of it
 constexpr double close = 1e-7;  // what counts as touching; both in half diagonals of the scene
 
-Imath::Box3d bounds(const Mesh& mesh) {
-  Imath::Box3d box;
-  for (const Polygon& face : mesh) {
-    for (const Vec3& corner : face.corners) box.extendBy(corner);
-  }
-  return box;
-}
-
-Imath::Box3d bounds(const Shape& shape) {
-  const auto* sphere = std::get_if<Sphere>(&shape.geometry);
-  if (sphere == nullptr) return bounds(std::get<Mesh>(shape.geometry));
-  return {sphere->center - Vec3(sphere->radius), sphere->center + Vec3(sphere->radius)};
-}
-
 Imath::Box3d grown(const Imath::Box3d& box, double by) {
   return {box.min - Vec3(by), box.max + Vec3(by)};
 }
@@ -117,9 +103,7 @@ double part_from_others(Shape& glass, const std::vector<Shape>& shapes, double s
 }  // namespace
 
 std::vector<std::string> leave_air_around_glass(Scene& scene) {
-  Imath::Box3d box;
-  for (const Shape& shape : scene.shapes) box.extendBy(bounds(shape));
-  const double size = box.isEmpty() ? 0.0 : (box.max - box.center()).length();
+  const double size = scene.radius();
   std::vector<std::string> notes;
   for (Shape& shape : scene.shapes) {
     const bool is_mesh = std::holds_alternative<Mesh>(shape.geometry);

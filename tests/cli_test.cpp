@@ -310,13 +310,10 @@ TEST_F(CliTest, MergedPartsEqualTheWhole) {
 
   const Image merged = read_image(folder / "merged.exr");
   EXPECT_EQ(merged.provenance.samples.value(), "0:50");
-  EXPECT_NEAR(merged.provenance.relative_error.value(), whole.provenance.relative_error.value(),
-              1e-6);
+  EXPECT_EQ(merged.provenance.relative_error.value(), whole.provenance.relative_error.value());
   EXPECT_EQ(merged.provenance.rays.value(), whole.provenance.rays.value());
-  ASSERT_EQ(merged.channels, whole.channels);
-  for (size_t i = 0; i < whole.values.size(); ++i) {
-    EXPECT_NEAR(merged.values[i], whole.values[i], 1e-6F * (whole.values[i] + 1.0F));
-  }
+  EXPECT_EQ(merged.channels, whole.channels);
+  EXPECT_EQ(merged.values, whole.values);
 }
 
 TEST_F(CliTest, MergeRefusesWhatDoesNotBelongTogether) {
@@ -334,10 +331,14 @@ TEST_F(CliTest, MergeRefusesWhatDoesNotBelongTogether) {
     ASSERT_EQ(plumb("render -o " + name + ".exr " + arguments).exit_code, 0);
   }
   const std::pair<std::string, std::string> cases[] = {
-      {"a", "samples 0:8 and 0:8 overlap"},           {"overlap", "samples 0:8 and 4:12 overlap"},
-      {"later", "samples 0:8 and 12:16 leave a gap"}, {"seed", "seed.exr: not the same seed"},
-      {"scene", "scene.exr: not the same scene"},     {"size", "size.exr: not the same size"},
-      {"whole", "whole.exr: lacks replicates"},       {"fault", "fault.exr: not the same fault"},
+      {"a", "samples 0:8 and 0:8 overlap"},
+      {"overlap", "samples 0:8 and 4:12 overlap"},
+      {"later", "samples 0:8 and 12:16 leave a gap"},
+      {"seed", "seed.exr: not the same seed"},
+      {"scene", "scene.exr: not the same scene"},
+      {"size", "size.exr: not the same size"},
+      {"whole", "whole.exr: lacks sums"},
+      {"fault", "fault.exr: not the same fault"},
   };
   for (const auto& [other, fragment] : cases) {
     expect_trouble("merge a.exr " + other + ".exr -o new.exr", fragment);

@@ -72,7 +72,7 @@ TEST(SetUps, TurnedTwiceArePicturesAsBefore) {
 TEST(SetUps, KeepWhatTheyShould) {
   const Scene scene = small("seed");
   Film grey(side, side);
-  grey.add_mean(0, 1, std::vector<float>(size_t{side} * side * 3, 0.5F));
+  grey.add_sums(0, 1, std::vector<float>(size_t{side} * side * 3, 0.5F), 1.0);
   for (const Fault fault :
        {Fault::rec2020_primaries, Fault::p3_primaries, Fault::acescg_primaries,
         Fault::mitchell_filter, Fault::blurred, Fault::smeared, Fault::denoised, Fault::clipped}) {
@@ -84,8 +84,8 @@ TEST(SetUps, KeepWhatTheyShould) {
 TEST(SetUps, EncodeThePictureAndNotItsReplicates) {
   const Scene scene = small("seed");
   Film film(side, side);
-  film.add_mean(0, 1, std::vector<float>(size_t{side} * side * 3, 0.2F));
-  film.add_mean(1, 1, std::vector<float>(size_t{side} * side * 3, 0.8F));
+  film.add_sums(0, 1, std::vector<float>(size_t{side} * side * 3, 0.2F), 1.0);
+  film.add_sums(1, 1, std::vector<float>(size_t{side} * side * 3, 0.8F), 1.0);
   for (const auto& [fault, code] :
        {std::pair{Fault::srgb_encoded, 187.5F}, {Fault::gamma_encoded, 186.1F}}) {
     const Film encoded = spoil(fault, film, scene);

@@ -4,10 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <random>
+#include <span>
 #include <vector>
 
 namespace plumb {
@@ -90,16 +93,67 @@ TEST(Film, ForgetsAPassThatIsNotEnded) {
   EXPECT_EQ(film.mean()[0], 2.0f);
 }
 
-TEST(Film, TakesMeansForSamples) {
+TEST(Film, TakesSumsForSamples) {
   const Film whole = film_of(16, [](int64_t s) { return static_cast<float>(s * s); });
   Film parts(1, 1);
-  for (int r = 0; r < Film::replicates; ++r) {
-    parts.add_mean(r, 4, whole.replicate_mean(r));
-  }
+  for (int r = 0; r < Film::replicates; ++r) parts.add_sums(r, 4, whole.replicate_mean(r), 4.0);
   EXPECT_EQ(parts.mean(), whole.mean());
   EXPECT_EQ(parts.variance(), whole.variance());
   EXPECT_EQ(parts.samples_per_replicate(), whole.samples_per_replicate());
 }
+
+// Numbers over twelve orders of magnitude, whose sum in double depends on their order.
+class Sums : public testing::TestWithParam<double> {
+ protected:
+  Sums() {
+    std::lognormal_distribution<double> samples(-4.0, 4.0);
+    for (float& x : numbers) x = static_cast<float>(GetParam() * std::min(samples(random), 1e4));
+  }
+
+  ExactSum sum_of(std::span<const float> some) const {
+    ExactSum sum;
+    for (const float x : some) sum.add(double{x}, grid);
+    return sum;
+  }
+
+  std::mt19937 random{1};
+  std::vector<float> numbers = std::vector<float>(100000);
+  SumGrid grid{GetParam()};
+};
+
+TEST_P(Sums, DoNotDependOnTheOrder) {
+  const auto terms = sum_of(numbers).terms();
+  const double naive = std::accumulate(numbers.begin(), numbers.end(), 0.0);
+  bool differs = false;
+  for (int i = 0; i < 10; ++i) {
+    std::ranges::shuffle(numbers, random);
+    EXPECT_EQ(sum_of(numbers).terms(), terms);
+    differs |= std::accumulate(numbers.begin(), numbers.end(), 0.0) != naive;
+  }
+  EXPECT_TRUE(differs);
+  EXPECT_NEAR(sum_of(numbers).value() / naive, 1.0, 1e-12);
+}
+
+TEST_P(Sums, DoNotDependOnTheParts) {
+  const ExactSum whole = sum_of(numbers);
+  for (const size_t cut : {1, 10, 77777}) {
+    const std::span all(numbers);
+    ExactSum merged;
+    for (const auto& part : {sum_of(all.subspan(cut)), sum_of(all.first(cut))}) {
+      for (const float term : part.terms()) merged.add(double{term}, grid);
+    }
+    EXPECT_EQ(merged.value(), whole.value());
+    EXPECT_EQ(merged.terms(), whole.terms());
+  }
+}
+
+TEST(ExactSum, OfNothingIsNothing) {
+  ExactSum sum;
+  sum.add(0.0, SumGrid(0.0));
+  EXPECT_EQ(sum.value(), 0.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(OfAnyBrightness, Sums, testing::Values(1.0, 0.3, 1e-12, 1e9));
 
 }  // namespace
 }  // namespace plumb
