@@ -261,7 +261,7 @@ class Search {
       Settings settings = settings_;
       if (!what.has_mis) settings.method = Method::nee;
       for (const Planting& p : what.plantings) plant(p.fault, scene, settings, p.number);
-      if (settings.faulty_tracer != nullptr) settings.precision = Precision::float32;
+      if (settings.tracer != nullptr) settings.precision = Precision::float32;
       Film film(scene.camera.width, scene.camera.height);
       draw(scene, settings, samples, name_of(suspect), film);
       for (const Planting& p : what.plantings) {

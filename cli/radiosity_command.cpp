@@ -41,6 +41,7 @@ void add_options(CLI::App& command, Options& options) {
              "(mean^2 + 0.01) over pixels (default: three\n"
              "resolutions)");
   add_size_and_bounces(command, options.scene);
+  add_light_origin(command, options.scene);
   add_option(command, "--threads", "N", options.threads, number(1, 1024),
              "Threads at most (default: one per processor)");
   add_exposure_option(command, options.outputs);
@@ -71,6 +72,7 @@ Image to_image(const Scene& scene, const radiosity::Picture& picture, const Opti
                       .method = "radiosity",
                       .precision = "double",
                       .bounces = to_string(scene.request.bounces),
+                      .light = light_origin_words(options.scene),
                       .settings = fmt::format("elements={}", picture.elements),
                       .wall_seconds = clock.wall_seconds(),
                       .cpu_seconds = clock.cpu_seconds(),
@@ -99,6 +101,7 @@ std::string summary(const Scene& scene, const radiosity::Picture& picture, const
 int run(const Options& options) {
   check(options.outputs);
   const Scene scene = load_scene(options.scene);
+  const std::optional<LightOrigin> origin = light_origin_of(scene, options.scene);
   const int threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
   listen_for_interrupts();
@@ -110,6 +113,7 @@ int run(const Options& options) {
                                &stop_requested};
     picture = radiosity::draw(scene,
                               {.bounces = scene.request.bounces,
+                               .origin = origin ? &*origin : nullptr,
                                .error = options.error,
                                .most_bytes = half_of_the_memory()},
                               work);

@@ -20,6 +20,7 @@
 #include "cli/outputs.h"
 #include "cli/progress_line.h"
 #include "cli/scene_options.h"
+#include "light_origins/trace_selected.h"
 #include "renderer/render.h"
 
 namespace plumb::cli {
@@ -65,6 +66,7 @@ void add_options(CLI::App& command, Options& options) {
              "Arithmetic: float or double (default: float, unless the\n"
              "scene needs double)");
   add_size_and_bounces(command, options.scene);
+  add_light_origin(command, options.scene);
   add_option(command, "--seed", "N", settings.seed, number<uint32_t>(0, 0x7fffffff),
              "Another seed gives other noise (default: 1; stored\n"
              "references have 0)");
@@ -139,7 +141,13 @@ int run(Options options) {
     return 0;
   }
   complete(options, scene);
+  const std::optional<LightOrigin> origin = light_origin_of(scene, options.scene);
   plant(options.fault, scene, options.settings);
+  if (origin && (options.settings.tracer != nullptr || options.settings.method == Method::plain)) {
+    throw std::invalid_argument(
+        "--from and --by exclude faults of the integrator and method plain");
+  }
+  if (origin) select_light(*origin, options.settings);
   Film film(scene.camera.width, scene.camera.height);
   listen_for_interrupts();
   const Cost cost = render_with_progress(scene, options, limits, film);
@@ -156,6 +164,7 @@ int run(Options options) {
   Image image = to_image(spoil(options.fault, film, scene), options.samples.has_value());
   image.provenance =
       describe(scene, options.settings, {first, first + film.samples_per_pixel()}, film, cost);
+  image.provenance.light = light_origin_words(options.scene);
   if (options.fault != Fault::none) image.provenance.fault = fault_name(options.fault);
   fmt::print("{}, {}x{}: {} spp in {:.2f} s ({}samples/s, {}rays/s), {}\n", scene.name,
              film.width(), film.height(), film.samples_per_pixel(), cost.wall_seconds,
@@ -177,6 +186,7 @@ void add_render(CLI::App& app, int& exit_code) {
   plumb render reference_scenes/cornell/scene.xml -o cornell.exr
   plumb render scene.xml --error 1% --time 60 -o scene.exr -o scene.png
   plumb render scene.xml --bounces 2:2 --spp 1024 -o two_bounces.exr
+  plumb render scene.xml --by left_wall -o where_the_red_comes_from.exr
   plumb render scene.xml --aov object -o objects.png
 
 The first of the limits --spp, --time and --error to be reached ends the render.

@@ -3,6 +3,7 @@
 #include "cli/scene_options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <system_error>
@@ -28,6 +29,30 @@ void add_size_and_bounces(CLI::App& command, SceneOptions& options) {
              "directly, 1 direct light; 'A:' for A and more\n"
              "(default: the scene's max_depth, else all)");
   add_option(command, "--size", "WxH", options.size, parse_size, "Size (default: the scene's)");
+}
+
+void add_light_origin(CLI::App& command, SceneOptions& options) {
+  auto* from = add_option(command, "--from", "SHAPE,...", options.from,
+                          "Only light that came straight from these shapes to the\n"
+                          "surface that is seen: pictures of all shapes add up to\n"
+                          "the whole one");
+  auto* by = add_option(command, "--by", "SHAPE,...", options.by,
+                        "Only light that one of these shapes has reflected, on\n"
+                        "its way to the surface that is seen");
+  for (auto* option : {from, by}) option->delimiter(',')->allow_extra_args(false);
+  by->excludes(from);
+}
+
+std::optional<LightOrigin> light_origin_of(const Scene& scene, const SceneOptions& options) {
+  if (!options.from.empty()) return light_origin(scene, LightOrigin::Way::last, options.from);
+  if (!options.by.empty()) return light_origin(scene, LightOrigin::Way::any, options.by);
+  return {};
+}
+
+std::optional<std::string> light_origin_words(const SceneOptions& options) {
+  if (!options.from.empty()) return fmt::format("from {}", fmt::join(options.from, ","));
+  if (!options.by.empty()) return fmt::format("by {}", fmt::join(options.by, ","));
+  return {};
 }
 
 std::filesystem::path scene_folder() {

@@ -8,8 +8,10 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "renderer/settings.h"
+#include "scene/light_origin.h"
 #include "scene/scene.h"
 
 namespace plumb::cli {
@@ -18,10 +20,12 @@ struct SceneOptions {
   std::string file;
   std::optional<std::pair<int, int>> size;
   std::optional<BounceRange> bounces;
+  std::vector<std::string> from, by;  // shapes' ids
 };
 
 void add_scene_option(CLI::App& command, SceneOptions& options);      // SCENE
 void add_size_and_bounces(CLI::App& command, SceneOptions& options);  // --size, --bounces
+void add_light_origin(CLI::App& command, SceneOptions& options);      // --from, --by
 
 // Where the project's own scenes are: `reference_scenes` if the working directory has it, as a
 // checkout does; else the folder that was installed with this executable, wherever both have been
@@ -31,6 +35,11 @@ std::filesystem::path scene_folder();
 // The scene with the size and the bounces that were asked for, these in scene.request. Says on
 // standard error what of the file was taken how. Throws SceneError.
 Scene load_scene(const SceneOptions& options);
+
+// What --from and --by ask for, and the same as words for the provenance; nothing if neither is
+// there.
+std::optional<LightOrigin> light_origin_of(const Scene& scene, const SceneOptions& options);
+std::optional<std::string> light_origin_words(const SceneOptions& options);
 
 // `mis`, or `bsdf` if chance suffices: then it says so on standard error.
 Method fitting_method(const Scene& scene);

@@ -172,7 +172,8 @@ void plant(Fault fault, Scene& scene, Settings& settings, std::optional<double> 
     default: break;
   }
   settings.fault = fault;
-  settings.faulty_tracer = trace_faulty;
+  static constexpr Tracer faulty{.in_float = trace_faulty};
+  settings.tracer = &faulty;
 }
 
 }  // namespace plumb

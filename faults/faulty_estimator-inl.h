@@ -138,7 +138,7 @@ struct FaultyEstimator : Estimator<Lanes, true> {
     return lamp + (fault == Fault::inverse_pi ? bsdf * R::inverse_pi() : bsdf);
   }
 
-  V3<D> contribution(V3<D> light, R bounces) const {
+  V3<D> contribution(V3<D> light, R bounces, R, R) const {
     if (fault != Fault::clamp_indirect) return light;
     const R most = select(bounces > R(1), R(T{clamped_at}), R(std::numeric_limits<T>::infinity()));
     return {min(light.x, most), min(light.y, most), min(light.z, most)};

@@ -35,6 +35,7 @@ void for_each_field(Visit visit) {
   visit("sampler", &P::sampler, Of::render);
   visit("precision", &P::precision, Of::render);
   visit("bounces", &P::bounces, Of::render);
+  visit("light", &P::light, Of::render);
   visit("quality", &P::quality, Of::render);
   visit("settings", &P::settings, Of::render);
   visit("seed", &P::seed, Of::render);

@@ -21,6 +21,7 @@ struct Provenance {
   std::optional<std::string> sampler = {};
   std::optional<std::string> precision = {};
   std::optional<std::string> bounces = {};  // "2:5", the last one included; "2:" for 2 and more
+  std::optional<std::string> light = {};    // "from lamp" or "by left_wall,floor"; else all
   std::optional<std::string> quality = {};
   std::optional<std::string> settings = {};  // the other program's own that differ, NAME=NUMBER
   std::optional<int> seed = {};              // the first one if there are several

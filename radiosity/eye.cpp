@@ -189,9 +189,12 @@ double Eye::form_factor_of(size_t face) {
   return see(face, whole, cones);
 }
 
-Rgb Eye::direct() {
+Rgb Eye::direct(const LightOrigin* origin) {
   Rgb sum(0.0);
-  for (const size_t lamp : faces_.lamps()) sum += faces_[lamp].radiance * form_factor_of(lamp);
+  for (const size_t lamp : faces_.lamps()) {
+    if (origin != nullptr && !origin->counts_emission(faces_[lamp].shape)) continue;
+    sum += faces_[lamp].radiance * form_factor_of(lamp);
+  }
   return sum;
 }
 

@@ -9,6 +9,7 @@
 
 #include "radiosity/convex.h"
 #include "radiosity/faces.h"
+#include "scene/light_origin.h"
 
 namespace plumb::radiosity {
 
@@ -53,8 +54,8 @@ class Eye {
   // To what is seen of a face.
   double form_factor_of(size_t face);
 
-  // Irradiance / pi that comes straight from all lamps.
-  Rgb direct();
+  // Irradiance / pi that comes straight from all lamps, or from those that an origin counts.
+  Rgb direct(const LightOrigin* origin = nullptr);
 
  private:
   double see(size_t face, const Convex& part, std::span<const Cone* const> cones);

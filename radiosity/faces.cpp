@@ -66,13 +66,14 @@ double distance(const Vec3& point, const Vec3& a, const Vec3& b) {
   return (point - a - along * t).length();
 }
 
-Face make_face(const Polygon& outline, const Shape& shape, size_t polygon) {
+Face make_face(const Polygon& outline, const Shape& shape, size_t index, size_t polygon) {
   const auto& c = outline.corners;
   Face face{.outline = outline,
             .normal = outline.normal(),
             .offset = 0.0,
             .u = (c[1] - c[0]).normalized(),
             .v = Vec3(0.0),
+            .shape = index,
             .polygon = polygon,
             .reflectance = shape.bsdf.reflectance,
             .radiance = shape.radiance};
@@ -85,7 +86,7 @@ Face make_face(const Polygon& outline, const Shape& shape, size_t polygon) {
 
 Faces::Faces(const Scene& scene) {
   refuse_all_but_matte_polygons(scene);
-  for (const Shape& shape : scene.shapes) add(shape);
+  for (size_t i = 0; i < scene.shapes.size(); ++i) add(scene.shapes[i], i);
   Box box;
   box.extendBy(scene.camera.origin);
   for (const Face& face : faces_) extend(box, face.outline.corners);
@@ -97,15 +98,15 @@ Faces::Faces(const Scene& scene) {
                     [&](size_t i) { views_[i] = find_view(i / faces_.size(), i % faces_.size()); });
 }
 
-void Faces::add(const Shape& shape) {
+void Faces::add(const Shape& shape, size_t index) {
   for (Polygon outline : std::get<Mesh>(shape.geometry)) {
     if (shape.is_lamp()) lamps_.push_back(faces_.size());
     fronts_.push_back(faces_.size());
     has_back_.push_back(shape.bsdf.two_sided);
-    faces_.push_back(make_face(outline, shape, fronts_.size() - 1));
+    faces_.push_back(make_face(outline, shape, index, fronts_.size() - 1));
     if (!shape.bsdf.two_sided) continue;
     std::reverse(outline.corners.begin(), outline.corners.end());
-    faces_.push_back(make_face(outline, shape, fronts_.size() - 1));
+    faces_.push_back(make_face(outline, shape, index, fronts_.size() - 1));
     faces_.back().radiance = Rgb(0.0);
   }
 }

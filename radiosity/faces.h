@@ -21,7 +21,7 @@ struct Face {
   Vec3 normal;    // towards that side
   double offset;  // its plane is where dot(normal, p) is this
   Vec3 u, v;      // unit vectors along the plane
-  size_t polygon;
+  size_t shape, polygon;
   Rgb reflectance, radiance;
 
   // Whether it ever sends light that it was sent.
@@ -70,7 +70,7 @@ class Faces {
   bool is_on_top(size_t polygon, size_t face) const;
 
  private:
-  void add(const Shape& shape);
+  void add(const Shape& shape, size_t index);
   void find_places();
   View find_view(size_t from, size_t to) const;
 

@@ -37,7 +37,7 @@ class Artist {
     if (settings_.bounces.last >= 2) {
       if (!elements_) elements_.emplace(faces_, settings_.most_bytes / sizeof(Element));
       const Resolution resolution = Resolution::level(level);
-      solution.emplace(*elements_, resolution, settings_.bounces,
+      solution.emplace(*elements_, resolution, settings_.bounces, settings_.origin,
                        settings_.most_bytes - elements_->size() * sizeof(Element), work_);
       picture.elements = elements_->leaves();
       picture.links = solution->links();
@@ -56,16 +56,19 @@ class Artist {
  private:
   Rgb pixel(int x, int y, int level, const Solution* solution) {
     const BounceRange& bounces = settings_.bounces;
+    const LightOrigin* origin = settings_.origin;
     Eye& eye = eyes_.local();
     Rgb sum(0.0);
     for (const Fragment& fragment : pixels_.fragments(x, y)) {
       const Face& face = faces_[fragment.face];
-      if (bounces.contains(0)) sum += face.radiance * pixels_.share(fragment);
+      if (bounces.contains(0) && (origin == nullptr || origin->counts_emission(face.shape)))
+        sum += face.radiance * pixels_.share(fragment);
       if (!face.reflects()) continue;
       Rgb arriving(0.0);
       if (bounces.contains(1)) {
         const Quadrature fine{.spread = 0.1 * std::pow(0.5, level), .depth = level + 1};
-        arriving += pixels_.integrate(fragment, fine, eye, [](Eye& at) { return at.direct(); });
+        arriving +=
+            pixels_.integrate(fragment, fine, eye, [&](Eye& at) { return at.direct(origin); });
       }
       if (solution != nullptr) {
         std::optional<Quadrature> fine;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "radiosity/work.h"
+#include "scene/light_origin.h"
 #include "scene/scene.h"
 
 namespace plumb::radiosity {
@@ -32,8 +33,9 @@ struct Picture {
 
 struct Settings {
   BounceRange bounces;
-  double error = 0.0;  // wanted; 0: whatever it is at `level`
-  int level = 2;       // the resolution to end with, above 0
+  const LightOrigin* origin = nullptr;  // of all light, if there is none
+  double error = 0.0;                   // wanted; 0: whatever it is at `level`
+  int level = 2;                        // the resolution to end with, above 0
   size_t most_bytes = 0;
 };
 

@@ -46,7 +46,8 @@ Resolution Resolution::level(int n) {
 }
 
 Solution::Solution(const Elements& elements, const Resolution& resolution,
-                   const BounceRange& bounces, size_t most_bytes, const Work& work)
+                   const BounceRange& bounces, const LightOrigin* origin, size_t most_bytes,
+                   const Work& work)
     : elements_(elements),
       resolution_(resolution),
       into_(elements.size()),
@@ -72,7 +73,7 @@ Solution::Solution(const Elements& elements, const Resolution& resolution,
   work.for_each("direct light", elements.size(), [&](size_t i) {
     if (!elements_[i].has_children()) radiance_[i] = direct(eyes.local(), elements_[i], 6);
   });
-  bounce(bounces, work);
+  bounce(bounces, origin, work);
   find_roughness();
 }
 
@@ -229,33 +230,57 @@ void Solution::find_correction(Eye& eye, size_t to, const Linear<Rgb>& arriving)
   for (size_t k = 0; k < 3; ++k) correction_[to][k] = (exact[k] - arriving[k]) / arriving[0].x;
 }
 
-void Solution::bounce(const BounceRange& bounces, const Work& work) {
+std::vector<Linear<Rgb>> Solution::reflect(const std::vector<Linear<Rgb>>& light) const {
+  std::vector<Linear<Rgb>> reflected = send(light);
+  for (size_t i = 0; i < light.size(); ++i) {
+    for (Rgb& part : reflected[i]) part *= elements_.faces()[elements_[i].face].reflectance;
+  }
+  return reflected;
+}
+
+// Leaves no light on the shapes of the origin, or on all others.
+void Solution::darken(std::vector<Linear<Rgb>>& light, const LightOrigin& origin,
+                      bool is_one) const {
+  for (size_t i = 0; i < light.size(); ++i) {
+    const size_t shape = elements_.faces()[elements_[i].face].shape;
+    if ((origin.has_shape[shape] != 0) == is_one) light[i] = dark;
+  }
+}
+
+void Solution::bounce(const BounceRange& bounces, const LightOrigin* origin, const Work& work) {
   constexpr int endless = 10000;
   constexpr double negligible = 1e-11;
   std::vector<Linear<Rgb>> light =
       std::exchange(radiance_, std::vector<Linear<Rgb>>(into_.size(), dark));
   const double first = largest(light);
+  const bool is_last = origin != nullptr && origin->way == LightOrigin::Way::last;
+  // What none of the shapes has reflected.
+  std::vector<Linear<Rgb>> other;
+  if (origin != nullptr && !is_last) other = light;
   for (int bounce = 1; bounce < bounces.last; ++bounce) {
     work.check();
     work.show(fmt::format("bounce {}", bounce));
     elements_.pull(light);
+    if (!other.empty()) {
+      darken(other, *origin, true);
+      elements_.pull(other);
+    }
     if (bounces.contains(bounce + 1)) {
       for (size_t i = 0; i < light.size(); ++i) {
-        for (size_t k = 0; k < 3; ++k) radiance_[i][k] += light[i][k];
+        for (size_t k = 0; k < 3; ++k) {
+          radiance_[i][k] += light[i][k] - (other.empty() ? Rgb(0.0) : other[i][k]);
+        }
       }
     }
     const double before = largest(light);
-    const std::vector<Linear<Rgb>> arriving = send(light);
-    for (size_t i = 0; i < light.size(); ++i) {
-      for (size_t k = 0; k < 3; ++k) {
-        light[i][k] = arriving[i][k] * elements_.faces()[elements_[i].face].reflectance;
-      }
-    }
+    light = reflect(light);
+    if (!other.empty()) other = reflect(other);
     const double after = largest(light), fading = after / before;
-    if (after <= 0.0 || (fading < 1.0 && after / (1.0 - fading) < negligible * first)) return;
+    if (after <= 0.0 || (fading < 1.0 && after / (1.0 - fading) < negligible * first)) break;
     if (bounce == endless || (bounce > 100 && fading > 1.0 - 1e-7))
       throw std::runtime_error("light doesn't fade: all reflects everything");
   }
+  if (is_last) darken(radiance_, *origin, false);
 }
 
 void Solution::find_roughness() {

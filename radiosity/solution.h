@@ -28,11 +28,11 @@ struct Resolution {
 // n bounces goes through the links, becomes that of n + 1, and so on (Jacobi's iteration).
 class Solution {
  public:
-  // Of the bounces that are wanted at what is seen, those with at least one reflection before.
-  // Throws Stopped; std::length_error if links would need more than `most_bytes`; and
-  // std::runtime_error if light doesn't fade.
+  // Of the bounces that are wanted at what is seen, those with at least one reflection before; and
+  // of their light, that with the origin, if there is one. Throws Stopped; std::length_error if
+  // links would need more than `most_bytes`; and std::runtime_error if light doesn't fade.
   Solution(const Elements& elements, const Resolution& resolution, const BounceRange& bounces,
-           size_t most_bytes, const Work& work);
+           const LightOrigin* origin, size_t most_bytes, const Work& work);
 
   size_t links() const { return links_; }
 
@@ -59,8 +59,10 @@ class Solution {
   void fill(size_t to, Eye& eye);
   Linear<Rgb> direct(Eye& eye, const Element& element, int depth) const;
   std::vector<Linear<Rgb>> send(const std::vector<Linear<Rgb>>& light) const;
+  std::vector<Linear<Rgb>> reflect(const std::vector<Linear<Rgb>>& light) const;
+  void darken(std::vector<Linear<Rgb>>& light, const LightOrigin& origin, bool is_one) const;
   void find_correction(Eye& eye, size_t to, const Linear<Rgb>& arriving);
-  void bounce(const BounceRange& bounces, const Work& work);
+  void bounce(const BounceRange& bounces, const LightOrigin* origin, const Work& work);
   void find_roughness();
   double difference(size_t parent, size_t child) const;
   bool is_rough(const Eye& eye, size_t from, bool may_be_hidden) const;

@@ -93,9 +93,7 @@ class Film {
   std::vector<float> collect_sums(int replicate, Pick pick) const;
 
   // Where the sum of the value that is number i of mean() is.
-  static size_t index_of(size_t i, int replicate) {
-    return (i / 3 * replicates + size_t(replicate)) * 3 + i % 3;
-  }
+  static size_t index_of(size_t i, int r) { return (i / 3 * replicates + size_t(r)) * 3 + i % 3; }
 
   int width_;
   int height_;

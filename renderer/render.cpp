@@ -97,11 +97,12 @@ int64_t pass_size(const Limits& limits, const Progress& progress) {
 }
 
 int64_t trace_job(const TraceJob<PackedScene<float>>& job) {
-  const Tracer faulty = job.settings.faulty_tracer;
-  return faulty != nullptr ? faulty(job) : trace(job);
+  return job.settings.tracer != nullptr ? job.settings.tracer->in_float(job) : trace(job);
 }
 
-int64_t trace_job(const TraceJob<PackedScene<double>>& job) { return trace(job); }
+int64_t trace_job(const TraceJob<PackedScene<double>>& job) {
+  return job.settings.tracer != nullptr ? job.settings.tracer->in_double(job) : trace(job);
+}
 
 int64_t trace_job(const TraceJob<PlainScene>& job) {
   int64_t rays = 0;
@@ -215,8 +216,10 @@ Cost render(const Scene& scene, const Settings& settings, const Limits& limits, 
   if (limits.samples.count() <= 0) throw std::invalid_argument("no samples to render");
   const bool is_plain = settings.method == Method::plain;
   const bool is_double = settings.precision == Precision::float64;
-  if (settings.faulty_tracer != nullptr && (is_plain || is_double)) {
-    throw std::invalid_argument("a fault of the tracer: float only, and no plain one");
+  if (settings.tracer != nullptr &&
+      (is_plain || (is_double && settings.tracer->in_double == nullptr))) {
+    throw std::invalid_argument(
+        "the tracer asked for is not the plain one, and faulty: float only");
   }
   if (is_plain && (!is_double || settings.sampler != Sampler::independent)) {
     throw std::invalid_argument("the plain path tracer draws independent numbers and is in double");

@@ -32,14 +32,18 @@ struct SampleRange {
   int64_t count() const { return last - first; }
 };
 
-// A tracer with a bug that is planted on purpose, in the place of trace(), and which one: see
-// faults/faults.h.
 template <typename T>
 struct PackedScene;
 template <class TracedScene>
 struct TraceJob;
-using Tracer = int64_t (*)(const TraceJob<PackedScene<float>>&);
-enum class Fault : int;
+
+// What takes the place of trace(): none is for a precision that it does not have.
+struct Tracer {
+  int64_t (*in_float)(const TraceJob<PackedScene<float>>&) = nullptr;
+  int64_t (*in_double)(const TraceJob<PackedScene<double>>&) = nullptr;
+};
+enum class Fault : int;  // faults/faults.h
+struct LightOrigin;      // scene/light_origin.h
 
 struct Settings {
   Method method = Method::mis;
@@ -47,9 +51,10 @@ struct Settings {
   Precision precision = Precision::float32;
   uint32_t seed = 0;
   BounceRange bounces;
-  int threads = 0;  // 0: all that the machine has
-  Fault fault{};    // both set by plant() alone
-  Tracer faulty_tracer = nullptr;
+  int threads = 0;                      // 0: all that the machine has
+  const Tracer* tracer = nullptr;       // instead of the usual one, with what it reads:
+  Fault fault{};                        // set by plant()
+  const LightOrigin* origin = nullptr;  // set by select_light()
 };
 
 }  // namespace plumb

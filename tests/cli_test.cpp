@@ -196,6 +196,8 @@ TEST_F(CliTest, TroubleIsToldInOneLineBeforeAnyFileIsTouched) {
       {"render scene.xml -o new.exr --error nan", "--error: 'nan' is not"},
       {"render scene.xml -o new.exr --samples 5:5", "--samples: '5:5' is not a range"},
       {"render scene.xml -o new.exr --samples 0:4 --spp 4", "excludes"},
+      {"render scene.xml -o new.exr --from sun", "no shape has the id \"sun\""},
+      {"render scene.xml -o new.exr --from a --by a", "--from excludes --by"},
       {"render scene.xml -o new.exr --bounces 3:1", "--bounces: '3:1' is not a range"},
       {"render scene.xml -o new.exr --method best", "bsdf, nee, mis"},
       {"render scene.xml -o new.exr --seed -1", "--seed"},

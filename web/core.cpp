@@ -210,7 +210,7 @@ EXPORT(render) int render_samples(int picture, double first, double last) {
   const TraceJob<PackedScene<float>> job{p.scene,    p.settings,   samples, p.film,
                                          next_pixel, is_abandoned, p.shares};
   p.film.begin_pass();
-  p.settings.faulty_tracer == nullptr ? trace(job) : p.settings.faulty_tracer(job);
+  p.settings.tracer == nullptr ? trace(job) : p.settings.tracer->in_float(job);
   if (is_endless) return failed("a path does not end: every surface that it meets reflects all");
   p.film.end_pass(samples);
   p.mean = p.film.mean();

@@ -223,8 +223,12 @@ struct Estimator {
   // Of the two ways to find a lamp's point: by sampling the lamp, and by sampling the BSDF.
   HWY_INLINE R sum_of_pdfs(R lamp, R bsdf) const { return lamp + bsdf; }
 
-  // What light adds to the picture after so many bounces: all of it.
-  HWY_INLINE V3<D> contribution(V3<D> light, R) const { return light; }
+  // Is told of the surfaces that paths meet, after so many bounces.
+  HWY_INLINE void meet(R, R) {}
+
+  // What light adds to the picture after so many bounces, if it comes from the surface `from` to
+  // the vertex that the path had met after `met`: all of it.
+  HWY_INLINE V3<D> contribution(V3<D> light, R, R /*met*/, R /*from*/) const { return light; }
 
   // Russian roulette. Paths dimmer than a third die in part; a third gave the least variance x time
   // on the Cornell box, of 1, 1/1.5, 1/2, 1/2.5, 1/3, 1/4, 1/5 and 1/10.
@@ -302,6 +306,7 @@ class Packet {
   void follow() {
     const Hit<D> hit = find_nearest(scene_.shapes, ray_);
     surface_ = surface_interaction(hit);
+    estimator_.meet(hit.id, depth_);
     add_emission(hit);
     alive_ = busy_ & surface_.scatters;
     if (!settings_.bounces.is_everything()) {
@@ -331,7 +336,10 @@ class Packet {
       occluded = occluded | (light_.by_mirror & is_occluded(scene_.occluders, light_.onward,
                                                             light_.to_lamp, light_.lamp));
     }
-    radiance_ = radiance_ + select(light_.any & !occluded, light_.radiance, V3<D>(R(0)));
+    const R bounces = depth_ + select(light_.by_mirror, R(1), R(0));
+    const V3<D> light =
+        estimator_.contribution(light_.radiance, bounces, depth_ - R(1), light_.target);
+    radiance_ = radiance_ + select(light_.any & !occluded, light, V3<D>(R(0)));
   }
 
  private:
@@ -483,7 +491,8 @@ class Packet {
       } else if (settings_.method == Method::nee) {
         lit = lit & is_delta;
       }
-      radiance_ = select(lit, radiance_ + estimator_.contribution(light, depth_), radiance_);
+      light = estimator_.contribution(light, depth_, depth_ - R(1), hit.id);
+      radiance_ = select(lit, radiance_ + light, radiance_);
     }
   }
 
@@ -568,8 +577,7 @@ class Packet {
     light_.ray.direction = select(chosen, to_lamp.direction, light_.ray.direction);
     light_.distance = select(chosen, to_lamp.distance, light_.distance);
     light_.target = select(chosen, R(lamp.id), light_.target);
-    const V3<D> counted = estimator_.contribution(radiance, depth_ + R(1));
-    light_.radiance = select(chosen, counted, light_.radiance);
+    light_.radiance = select(chosen, radiance, light_.radiance);
     light_.any = light_.any | chosen;
   }
 
@@ -591,8 +599,7 @@ class Packet {
         const Bool<D> apart = receives & (surface_.plane != R(mirror.plane()));
         const Reflection<D> way = reflect(mirror, apart, surface_.point, on_lamp.point);
         if (!way.exists.any()) continue;
-        const V3<D> radiance = estimator_.contribution(
-            mirrored_light(lamp, mirror, way, on_lamp.normal), depth_ + R(2));
+        const V3<D> radiance = mirrored_light(lamp, mirror, way, on_lamp.normal);
         const R more = brightness(radiance);
         const Bool<D> found =
             receives & way.exists & (more > R(0)) & (surface_.plane != R(mirror.plane()));
