@@ -14,7 +14,7 @@ namespace plumb::cli {
 // interrupt sets the exit code to 128 + signal.
 using AddCommand = void(CLI::App& app, int& exit_code);
 AddCommand add_render, add_merge, add_compare, add_converge, add_chart, add_power, add_export,
-    add_radiosity, add_reference, add_stress, add_certify, add_diagnose, add_faults;
+    add_radiosity, add_reference, add_stress, add_certify, add_diagnose, add_faults, add_manual;
 
 // Adds "--name VALUE" for what CLI11 can read itself: texts, and lists of them.
 template <typename Target>

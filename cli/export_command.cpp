@@ -73,7 +73,8 @@ void add_export(CLI::App& app, int&) {
   plumb export scene.xml --to cycles -o box.py
   blender -b --python box.py -- -o box.exr --spp 256
 
-'blender -b --python box.py -- --help' lists what the script takes.)");
+'blender -b --python box.py -- --help' lists what the script takes.
+Exit codes: 0 done, 2 trouble.)");
   command.callback([=] { run(*options); });
 }
 

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "cli/bug_report.h"
 #include "cli/commands.h"
 #include "images/printable.h"
 
@@ -20,7 +21,12 @@ constexpr int trouble = 2;
 int run(int argc, char** argv) {
   CLI::App app{"Plumbline, a reference renderer that measures its own noise", "plumb"};
   app.get_formatter()->column_width(22);
-  app.set_version_flag("--version", "plumb " PLUMB_VERSION, "Show the version and exit");
+  bool is_verbose = false;
+  CLI::Option& verbose =
+      *app.add_flag("--verbose", is_verbose, "With --version: all that a bug report needs");
+  verbose.needs(app.set_version_flag(
+      "--version", [&] { return is_verbose ? cli::bug_report() : "plumb " PLUMB_VERSION; },
+      "Show the version and exit"));
   app.footer(R"(Example:
   plumb render reference_scenes/cornell/scene.xml -o cornell.exr
 
@@ -29,7 +35,7 @@ int run(int argc, char** argv) {
   for (cli::AddCommand* add :
        {cli::add_render, cli::add_merge, cli::add_compare, cli::add_converge, cli::add_chart,
         cli::add_power, cli::add_radiosity, cli::add_export, cli::add_reference, cli::add_stress,
-        cli::add_certify, cli::add_diagnose, cli::add_faults}) {
+        cli::add_certify, cli::add_diagnose, cli::add_faults, cli::add_manual}) {
     add(app, exit_code);
   }
   app.require_subcommand(0, 1);  // what is missing is told below: CLI11 hides misspelt names

@@ -174,23 +174,6 @@ Image mean_of(const std::vector<Replicates<double>>& values, const Camera& camer
   return image;
 }
 
-// The first line that a program prints; empty if it can't be run.
-std::string said_by(const Command& command) {
-  const Folder folder;
-  const fs::path log = folder.path / "log";
-  const std::atomic<bool> never{false};
-  try {
-    run_program(
-        command, folder.path, log, [](const std::string&) {}, never, 10.0);
-  } catch (const std::system_error&) {
-    return "";
-  }
-  std::ifstream stream(log);
-  std::string line;
-  std::getline(stream, line);
-  return line;
-}
-
 // Draws the scene seed by seed.
 struct Session {
   const OtherRenderer& renderer;
@@ -202,7 +185,7 @@ struct Session {
   fs::path file = {};  // that the renderer reads
   std::vector<Replicates<double>> values{size_t(scene.camera.width) * size_t(scene.camera.height) *
                                          3};
-  const std::string version = renderer.must_report ? "" : said_by(renderer.probe);
+  const std::string version = renderer.must_report ? "" : version_of(renderer).value_or("");
   Json runs = Json::array();
   Reference reference = {};
 
@@ -315,15 +298,23 @@ Reference render_reference(const OtherRenderer& renderer, const Scene& scene,
   return Session{renderer, scene, complete(renderer, settings), log, watcher}.draw(scene_file);
 }
 
-bool is_installed(const OtherRenderer& renderer) {
+std::optional<std::string> version_of(const OtherRenderer& renderer) {
   const Folder folder;
+  const fs::path log = folder.path / "log";
   const std::atomic<bool> never{false};
   try {
     const auto show = [](const std::string&) {};
-    return run_program(renderer.probe, folder.path, folder.path / "log", show, never) == 0;
+    if (run_program(renderer.probe, folder.path, log, show, never, 60.0) != 0) return std::nullopt;
   } catch (const std::system_error&) {
-    return false;
+    return std::nullopt;
   }
+  std::ifstream stream(log);
+  std::string first;
+  std::getline(stream, first);
+  for (std::string line = first; stream; std::getline(stream, line)) {
+    if (line.starts_with(renderer.software)) return line;
+  }
+  return first;
 }
 
 }  // namespace plumb

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "images/image.h"
@@ -40,7 +41,10 @@ Reference render_reference(const OtherRenderer& renderer, const Scene& scene,
                            const ReferenceSettings& settings, const std::filesystem::path& log,
                            const Watcher& watcher);
 
-// Asks its probe, which takes up to a second.
-bool is_installed(const OtherRenderer& renderer);
+// What its probe prints: the line that begins with its software's name, else the first, which may
+// be empty; none where it isn't installed. Takes up to a second.
+std::optional<std::string> version_of(const OtherRenderer& renderer);
+
+inline bool is_installed(const OtherRenderer& renderer) { return version_of(renderer).has_value(); }
 
 }  // namespace plumb
