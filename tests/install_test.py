@@ -43,6 +43,34 @@ class Installation(unittest.TestCase):
         said = self.run_command(build / "stranger", self.scenes / "stress" / "easy" / "room.xml")
         self.assertIn("Would have been found", said)
 
+    def test_tests_pictures(self):
+        plumb, build = self.prefix / "bin" / "plumb", self.folder / "pictures"
+        scene = self.scenes / "stress" / "easy" / "room.xml"
+        files = {"SCENE": scene, "REFERENCE": self.folder / "reference.exr",
+                 "MASK": self.folder / "mask.png"}
+        self.run_command(plumb, "render", scene, "--spp", "1024", "--size", "32x32",
+                         "-o", files["REFERENCE"])
+        self.run_command(plumb, "render", scene, "--aov", "object", "--size", "32x32",
+                         "-o", files["MASK"])
+        self.run_command(CMAKE, "-S", ROOT / "tests" / "install" / "pictures", "-B", build,
+                         f"-DCMAKE_PREFIX_PATH={self.prefix}",
+                         *(f"-D{name}={file}" for name, file in files.items()))
+        for test, words in {"holds": "100% tests passed", "companion": "100% tests passed",
+                            "unlike": "unlike: different (expected: same)",
+                            "noisy": "it has too few samples to tell",
+                            "not_drawn": "the command that renders ended with 2",
+                            "no_reference": "no_reference: trouble"}.items():
+            with self.subTest(test):
+                said = self.run_command(CMAKE.replace("cmake", "ctest"), "--test-dir", build, "-R",
+                                        f"^{test}$", "--output-on-failure", accept=(0, 8))
+                self.assertIn(words, " ".join(said.split()))
+
+    def test_has_a_manual(self):
+        share = self.prefix / "share"
+        for file in ("man/man1/plumb-render.1", "bash-completion/completions/plumb",
+                     "zsh/site-functions/_plumb", "fish/vendor_completions.d/plumb.fish"):
+            self.assertTrue((share / file).is_file(), file)
+
     def test_stress_finds_its_scenes(self):
         said = self.run_command(self.prefix / "bin" / "plumb", "stress", "--scene",
                                 "gap,caustic,needle", "--methods", "mis", "--spp", "4", accept=(0, 1))

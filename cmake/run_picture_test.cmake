@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+
+# Run by a test that plumbline_add_picture_test() has added, with two commands:
+# "-- plumbline:render command... plumbline:compare command...".
+cmake_policy(VERSION 3.25)
+set(section options)
+math(EXPR last "${CMAKE_ARGC} - 1")
+foreach(i RANGE ${last})
+  set(argument "${CMAKE_ARGV${i}}")
+  if(argument MATCHES "^plumbline:(render|compare)$")
+    set(section ${CMAKE_MATCH_1})
+  else()
+    list(APPEND ${section} "${argument}")
+  endif()
+endforeach()
+
+file(REMOVE "${PICTURE}")  # an old one must not stand in for one that was not written
+execute_process(COMMAND ${render} RESULT_VARIABLE status)
+if(NOT status EQUAL 0)
+  message(FATAL_ERROR "${NAME}: nothing to compare: the command that renders ended with ${status}")
+endif()
+execute_process(COMMAND ${compare} RESULT_VARIABLE status)
+set(meanings same different trouble inconclusive)
+if(NOT status MATCHES "^[0-3]$")
+  message(FATAL_ERROR "${NAME}: 'plumb compare' ended with ${status}")
+endif()
+list(GET meanings ${status} verdict)
+if(NOT EXPECT)
+  set(EXPECT same)
+endif()
+if(NOT verdict STREQUAL EXPECT)
+  if(verdict STREQUAL inconclusive)
+    set(verdict "inconclusive: the picture is not known to be wrong, it has too few samples to tell")
+  endif()
+  message(FATAL_ERROR "${NAME}: ${verdict} (expected: ${EXPECT})")
+endif()
