@@ -41,7 +41,7 @@ scenes := cornell seed spheres metals
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps page-deps node-deps configure build test lint sanitize fuzz gate report core page \
+.PHONY: help deps page-deps node-deps configure build test lint sanitize fuzz gate report package core page \
   page-test bench references check-references stress stress-truth lamp-sampling power faults diagnose-study \
   lesson-pictures lessons charts pictures page-picture clean
 
@@ -58,6 +58,7 @@ help:
 	@echo "make gate    holds pictures rendered now against the stored ones of other programs"
 	@echo "make report  renders the scenes with all programs and writes out/report.html (15 minutes)"
 	@echo "             (WITH=FILE.toml: and with a renderer of yours, as docs/renderers.md describes it)"
+	@echo "make package packs what an installation has, for this release of Debian, and the sources"
 	@echo "make page    puts the live page together: out/plumbline.html"
 	@echo "make page-test  tests it in Node, Chromium and Firefox, where they can be had (3 minutes)"
 	@echo "make bench   measures the renderer's speed and noise"
@@ -186,6 +187,15 @@ gate: build
 report: configure
 	cmake --build build --parallel $(jobs) --target plumb
 	python3 report/make_report.py build/plumb $(WITH)
+
+# The program's package, the libraries' one, and the sources as they are committed.
+package: programs += file
+package: configure
+	cmake --build build --parallel $(jobs) --target plumb
+	cd build && cpack -B $(CURDIR)/out/packages
+	rm -rf out/packages/_CPack_Packages
+	version=$$(sed -n 's/^project(plumbline VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt) && \
+	git archive --prefix=plumbline-$$version/ -o out/packages/plumbline_$$version.tar.gz HEAD
 
 core: page-deps
 	LLVM=$(llvm) cmake -S web -B build-web $(if \
