@@ -54,7 +54,6 @@ std::string zsh_option(const OptionWords& option) {
   } else if (option.takes_files) {
     value = "_files";
   }
-  if (option.is_positional()) return fmt::format("      '*:{}:{}'", option.names[0], value);
   if (!option.value.empty()) value = ":" + quoted(option.value, ":") + ":" + value;
   std::string all;
   for (const std::string& name : option.names) {
@@ -125,9 +124,9 @@ std::string zsh_completion(CLI::App& app) {
                          quoted(command->get_description(), ":\\"));
     std::string options;
     for (const OptionWords& option : options_of(*command)) {
-      options += " \\\n" + zsh_option(option);
+      if (!option.is_positional()) options += " \\\n" + zsh_option(option);
     }
-    cases += fmt::format("    {}) _arguments{} ;;\n", command->get_name(), options);
+    cases += fmt::format("    {}) _arguments{} '*:file:_files' ;;\n", command->get_name(), options);
   }
   std::string own;
   for (const OptionWords& option : options_of(app)) own += zsh_option(option) + " \\\n";
