@@ -34,7 +34,7 @@ node_tools := nodejs npm chromium firefox-esr
 quick_tests := $(addsuffix _test,image film scene_reader scene_file compare assessment)
 
 # Files whose first line, or the one after "#!", names the licence.
-licensed := '*.cpp' '*.h' '*.h.in' '*.inc' '*.py' '*.sh' '*.js' '*.css' '*.cmake' '*CMakeLists.txt'
+licensed := Containerfile action.yml '*.cpp' '*.h' '*.h.in' '*.inc' '*.py' '*.sh' '*.js' '*.css' '*.cmake' '*CMakeLists.txt'
 
 scenes := cornell seed spheres metals
 
@@ -189,7 +189,8 @@ report: configure
 	python3 report/make_report.py build/plumb $(WITH)
 
 # The program's package, the libraries' one, and the sources as they are committed.
-package: programs += file
+package: programs := dpkg-dev file
+package: browser :=
 package: configure
 	cmake --build build --parallel $(jobs) --target plumb
 	cd build && cpack -B $(CURDIR)/out/packages

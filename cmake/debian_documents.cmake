@@ -2,6 +2,11 @@
 
 # Run by CPack before it packs what it has installed: Debian wants manual pages and changelogs
 # compressed, the licence of each package, and zsh's completions in another folder.
+
+# Without these CPack makes packages that depend on nothing, and says so in passing.
+find_program(FILE file REQUIRED)
+find_program(SHLIBDEPS dpkg-shlibdeps REQUIRED)
+
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 file(GLOB packages "${CPACK_TEMPORARY_DIRECTORY}/*")
 foreach(package IN LISTS packages)
