@@ -196,7 +196,8 @@ package: configure
 	cd build && cpack -B $(CURDIR)/out/packages
 	rm -rf out/packages/_CPack_Packages
 	version=$$(sed -n 's/^project(plumbline VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt) && \
-	git archive --prefix=plumbline-$$version/ -o out/packages/plumbline_$$version.tar.gz HEAD
+	git archive --prefix=plumbline-$$version/ -o out/packages/plumbline_$$version.tar.gz HEAD || \
+	  echo "This is no clone: there is no archive of the sources"
 
 core: page-deps
 	LLVM=$(llvm) cmake -S web -B build-web $(if \
