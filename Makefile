@@ -189,7 +189,7 @@ report: configure
 	python3 report/make_report.py build/plumb $(WITH)
 
 # The program's package, the libraries' one, and the sources as they are committed.
-package: programs := dpkg-dev file
+package: programs := dpkg-dev file python3
 package: browser :=
 package: configure
 	cmake --build build --parallel $(jobs) --target plumb

@@ -94,7 +94,7 @@ std::string man_page(CLI::App& app, CLI::App& command) {
       ".TH {} 1 \"\" \"Plumbline {}\" \"Plumbline\"\n.SH NAME\n{} \\- {}\n.SH SYNOPSIS\n"
       "\\fBplumb{}\\fR [\\fIoptions\\fR]{}\n.SH OPTIONS\n",
       upper, PLUMB_VERSION, escaped(name), escaped(command.get_description()),
-      is_whole ? " \\fR\\fIcommand\\fR" : " " + command.get_name(), positional_names(options));
+      is_whole ? R"( \fIcommand\fR)" : " " + command.get_name(), positional_names(options));
   for (const OptionWords& option : options) roff += option_entry(option);
   if (is_whole) roff += command_list(app);
   roff += footer_sections(command.get_footer());
