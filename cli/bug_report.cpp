@@ -36,12 +36,16 @@ std::string system_name() {
 
 // Those that it was compiled with; of oneTBB the one that runs, too.
 std::string libraries() {
+  // 90100 is 9.1.0, and 1130 is 1.13.
+  const auto fmt =
+      fmt::format("{}.{}.{}", FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100);
+  const auto pugixml = fmt::format("{}.{}", PUGIXML_VERSION / 1000, PUGIXML_VERSION / 10 % 100);
   return fmt::format(
       "OpenImageIO {}, OpenEXR {}, Imath {}, Highway {}.{}.{}, oneTBB {} ({}), Boost {}, fmt {}, "
       "pugixml {}, CLI11 {}",
       OIIO_VERSION_STRING, OPENEXR_VERSION_STRING, IMATH_VERSION_STRING, HWY_MAJOR, HWY_MINOR,
-      HWY_PATCH, TBB_VERSION_STRING, TBB_runtime_version(), BOOST_LIB_VERSION, FMT_VERSION,
-      PUGIXML_VERSION, CLI11_VERSION);
+      HWY_PATCH, TBB_VERSION_STRING, TBB_runtime_version(), BOOST_LIB_VERSION, fmt, pugixml,
+      CLI11_VERSION);
 }
 
 }  // namespace
