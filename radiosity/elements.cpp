@@ -11,6 +11,8 @@
 namespace plumb::radiosity {
 namespace {
 
+constexpr double smallest = 1.0 / 32.0;  // radius, in parts of the scene's size
+
 using Symmetric = std::array<Vec3, 3>;
 
 // By the adjugate.
@@ -96,10 +98,11 @@ std::vector<Segment> contacts(const Faces& faces, size_t face, double almost) {
 }
 
 // A face cut along these: so no element is half in the dark below what stands there.
-std::vector<Convex> pieces_of(const Faces& faces, size_t face, double almost) {
+std::vector<Convex> pieces_of(const Faces& faces, size_t face,
+                              const std::vector<Segment>& along_these) {
   std::vector<Convex> pieces(1);
   for (const Vec3& corner : faces[face].outline.corners) pieces[0].add(corner);
-  for (const auto& [a, b] : contacts(faces, face, almost)) {
+  for (const auto& [a, b] : along_these) {
     const Vec3 across = faces[face].normal.cross(b - a).normalized(), along = (b - a).normalized();
     const size_t count = pieces.size();
     for (size_t i = 0; i < count; ++i) {
@@ -112,16 +115,6 @@ std::vector<Convex> pieces_of(const Faces& faces, size_t face, double almost) {
     }
   }
   return pieces;
-}
-
-std::vector<std::vector<Vec3>> quadrilaterals_of(const Convex& piece) {
-  std::vector<std::vector<Vec3>> parts;
-  const auto& c = piece.corners;
-  for (int i = 2; i < piece.size; i += 2) {
-    parts.push_back({c[0], c[size_t(i - 1)], c[size_t(i)]});
-    if (i + 1 < piece.size) parts.back().push_back(c[size_t(i + 1)]);
-  }
-  return parts;
 }
 
 }  // namespace
@@ -179,18 +172,30 @@ std::array<Element, 2> Element::halves(const Faces& faces) const {
   return {half({c[0], c[1], b, e}), half({e, b, c[2], c[3]})};
 }
 
+std::vector<Element> parts_of(const Faces& faces, size_t face, bool is_cut) {
+  const double almost = smallest / 4.0 * faces.size();
+  std::vector<Element> parts;
+  for (const Convex& piece :
+       pieces_of(faces, face, is_cut ? contacts(faces, face, almost) : std::vector<Segment>())) {
+    const auto& c = piece.corners;
+    for (int i = 2; i < piece.size; i += 2) {
+      std::vector<Vec3> outline{c[0], c[size_t(i - 1)], c[size_t(i)]};
+      if (i + 1 < piece.size) outline.push_back(c[size_t(i + 1)]);
+      const Element part(faces, face, outline);
+      const bool is_flat = part.whole <= faces.slack() * faces.size();  // its corners are in a line
+      if (!is_flat) parts.push_back(part);
+    }
+  }
+  return parts;
+}
+
 Elements::Elements(const Faces& faces, size_t most) : faces_(faces), most_(most) {
   // Radii, in parts of the scene's size; and over the distance from an edge.
-  constexpr double smallest = 1.0 / 32.0, largest = 1.0 / 12.0, grading = 0.5;
+  constexpr double largest = 1.0 / 12.0, grading = 0.5;
   const double size = faces.size();
   for (size_t face = 0; face < faces.list().size(); ++face) {
     if (!faces[face].reflects()) continue;
-    for (const Convex& piece : pieces_of(faces, face, smallest / 4.0 * size)) {
-      for (const auto& outline : quadrilaterals_of(piece)) {
-        const Element element(faces, face, outline);
-        if (element.whole > faces.slack() * size) add(element);  // else its corners are in a line
-      }
-    }
+    for (const Element& part : parts_of(faces, face, true)) add(part);
   }
   roots_ = list_.size();
   for (size_t i = 0; i < list_.size(); ++i) {

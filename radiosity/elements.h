@@ -62,6 +62,10 @@ struct Element {
   std::array<Element, 2> halves(const Faces& faces) const;
 };
 
+// Triangles and quadrilaterals that make up a face; if `is_cut`, along all that stands on it, so
+// that none goes on below that.
+std::vector<Element> parts_of(const Faces& faces, size_t face, bool is_cut);
+
 // Parents come before their children.
 class Elements {
  public:

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// Ways to solve the radiosity equation B = E + rho F B for radiances B of patches: exitance is pi
+// times that. All of them throw std::runtime_error if light doesn't fade.
+#pragma once
+
+#include <vector>
+
+#include "radiosity/teaching/form_factors.h"
+#include "radiosity/teaching/patches.h"
+
+namespace plumb::radiosity::teaching {
+
+using Light = std::vector<Rgb>;  // of each patch
+
+struct Exchange {
+  FormFactors factors;
+  std::vector<double> areas;
+  Light reflectance, emission;
+
+  // With factors that are reciprocal.
+  Exchange(const Patches& patches, FormFactors raw);
+
+  size_t size() const { return areas.size(); }
+
+  // What becomes of light after one bounce: rho F times it.
+  Light reflect(const Light& light) const;
+
+  // Light of so many bounces, added up; all of them by default: bounce by bounce, as it is seen.
+  Light light(const BounceRange& bounces = {}) const;
+
+  // New values by Jacobi's rule, from old ones alone; or by Gauss's and Seidel's, from those that
+  // are known.
+  void jacobi(Light& light) const;
+  void gauss_seidel(Light& light) const;
+
+  // By how much light, which is power if it is weighted with areas: the sum over channels.
+  double power(const Light& light) const;
+  // The root of the mean of the squared difference, by area, over the mean of `exact`.
+  double error(const Light& light, const Light& exact) const;
+
+  // By how much a bounce makes light weaker in the long run, by power iteration.
+  Rgb spectral_radius() const;
+  // No larger than this, by the largest reflectance of all.
+  Rgb bound() const;
+};
+
+// Progressive refinement: patches shoot what they have not sent yet, the one with most of it first
+// (Cohen, Chen, Wallace and Greenberg, "A progressive refinement approach to fast radiosity image
+// generation", SIGGRAPH 1988). A shot needs a row of the matrix alone.
+class Shooting {
+ public:
+  explicit Shooting(const Exchange& exchange);
+
+  void shoot();
+  const Light& light() const { return light_; }
+  double unshot_power() const { return exchange_.power(unshot_); }
+
+  // With a guess of what has not been sent: as if it were spread evenly, and all surfaces were of
+  // the mean reflectance.
+  Light with_ambient() const;
+
+ private:
+  const Exchange& exchange_;
+  Light light_, unshot_;
+};
+
+}  // namespace plumb::radiosity::teaching
