@@ -90,7 +90,12 @@ class Artist {
   tbb::enumerable_thread_specific<Eye> eyes_;
 };
 
-// Of a picture, by a coarser one.
+bool is_done(const Picture& picture, const Settings& settings) {
+  return settings.error > 0.0 ? picture.error <= settings.error : picture.level >= settings.level;
+}
+
+}  // namespace
+
 void estimate_error(Picture& fine, const Picture& coarse, const Camera& camera) {
   constexpr int side = 8;
   const int across = (camera.width + side - 1) / side, down = (camera.height + side - 1) / side;
@@ -123,12 +128,6 @@ void estimate_error(Picture& fine, const Picture& coarse, const Camera& camera) 
         std::max(fine.block_floor, std::abs(difference[i]) / std::max(mean[i], least));
   }
 }
-
-bool is_done(const Picture& picture, const Settings& settings) {
-  return settings.error > 0.0 ? picture.error <= settings.error : picture.level >= settings.level;
-}
-
-}  // namespace
 
 Picture draw(const Scene& scene, const Settings& settings, const Work& work) {
   Artist artist(scene, settings, work);

@@ -28,8 +28,11 @@ struct Picture {
   static constexpr double unknown = std::numeric_limits<double>::infinity();
   double error = unknown, image_floor = unknown, block_floor = unknown;
 
-  std::string why_ended;  // before the wanted error was reached; else empty
+  std::string why_ended = {};  // before the wanted error was reached; else empty
 };
+
+// Finds the errors of a picture by a coarser one.
+void estimate_error(Picture& fine, const Picture& coarse, const Camera& camera);
 
 struct Settings {
   BounceRange bounces;

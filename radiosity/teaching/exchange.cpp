@@ -30,9 +30,9 @@ Rgb mean_by_area(const std::vector<double>& areas, const Light& light) {
 
 }  // namespace
 
-Exchange::Exchange(const Patches& patches, FormFactors raw)
-    : factors(std::move(raw)), areas(patches.areas()) {
-  make_reciprocal(factors, areas);
+Exchange::Exchange(const Patches& patches, FormFactors raw, const Work& on)
+    : factors(std::move(raw)), areas(patches.areas()), work(on) {
+  make_reciprocal(factors, areas, work);
   for (const Element& patch : patches.list()) {
     reflectance.push_back(patches.faces()[patch.face].reflectance);
     emission.push_back(patches.faces()[patch.face].radiance);
@@ -40,6 +40,7 @@ Exchange::Exchange(const Patches& patches, FormFactors raw)
 }
 
 Light Exchange::reflect(const Light& light) const {
+  work.check();
   Light result(size());
   tbb::parallel_for(size_t{0}, size(),
                     [&](size_t i) { result[i] = reflectance[i] * sum_of(factors, i, light); });
@@ -77,13 +78,13 @@ double Exchange::power(const Light& light) const {
 }
 
 double Exchange::error(const Light& light, const Light& exact) const {
-  double squares = 0.0, area = 0.0;
+  double squares = 0.0;
   for (size_t i = 0; i < size(); ++i) {
     const double off = (light[i] - exact[i]).dot(Rgb(1.0));
     squares += off * off * areas[i];
-    area += areas[i];
   }
-  return std::sqrt(squares / area) / (power(exact) / area);
+  const double area = std::accumulate(areas.begin(), areas.end(), 0.0);
+  return std::sqrt(squares * area) / (power(exact) - power(emission));
 }
 
 Rgb Exchange::spectral_radius() const {

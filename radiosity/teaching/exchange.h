@@ -13,13 +13,14 @@ namespace plumb::radiosity::teaching {
 
 using Light = std::vector<Rgb>;  // of each patch
 
+// Throws Stopped wherever it takes long.
 struct Exchange {
-  FormFactors factors;
+  FormFactors factors;  // made reciprocal
   std::vector<double> areas;
   Light reflectance, emission;
+  const Work& work;
 
-  // With factors that are reciprocal.
-  Exchange(const Patches& patches, FormFactors raw);
+  Exchange(const Patches& patches, FormFactors raw, const Work& work);
 
   size_t size() const { return areas.size(); }
 
@@ -36,7 +37,8 @@ struct Exchange {
 
   // By how much light, which is power if it is weighted with areas: the sum over channels.
   double power(const Light& light) const;
-  // The root of the mean of the squared difference, by area, over the mean of `exact`.
+  // The root of the mean of the squared difference, by area, over the mean of what `exact` has
+  // beside emission.
   double error(const Light& light, const Light& exact) const;
 
   // By how much a bounce makes light weaker in the long run, by power iteration.

@@ -66,7 +66,7 @@ FormFactors form_factors(const Patches& patches, const Work& work) {
   return factors;
 }
 
-void make_reciprocal(FormFactors& factors, const std::vector<double>& areas) {
+void make_reciprocal(FormFactors& factors, const std::vector<double>& areas, const Work& work) {
   constexpr int most_iterations = 1000;
   constexpr double rounding = 1e-15;
   const size_t size = factors.size();
@@ -80,6 +80,7 @@ void make_reciprocal(FormFactors& factors, const std::vector<double>& areas) {
   }
   double change = 1.0;
   for (int k = 0; k < most_iterations && change > rounding; ++k) {
+    work.check();
     tbb::parallel_for(size_t{0}, size, [&](size_t i) {
       const auto row = factors.row(i);
       const double sum = std::inner_product(row.begin(), row.end(), scale.begin(), 0.0);

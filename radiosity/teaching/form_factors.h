@@ -36,7 +36,7 @@ FormFactors form_factors(const Patches& patches, const Work& work);
 // Scales what the two sides say of each pair, in the mean, such that reciprocity is exact and the
 // sums of rows stay what they are: as Sinkhorn's iteration does it (R. Sinkhorn, "A relationship
 // between arbitrary positive matrices and doubly stochastic matrices", 1964).
-void make_reciprocal(FormFactors& factors, const std::vector<double>& areas);
+void make_reciprocal(FormFactors& factors, const std::vector<double>& areas, const Work& work);
 
 // Over all pairs, |area_i F_ij - area_j F_ji|: the largest and the sum, each in parts of the
 // same of area_i F_ij.

@@ -133,8 +133,9 @@ std::vector<Rgb> Patches::mean_at_vertices(const std::vector<Rgb>& values) const
   return sum;
 }
 
-std::array<double, 4> Patches::weights(size_t i, const Vec3& point) const {
+std::array<double, 4> Patches::weights(size_t i, const Vec3& at) const {
   const Element& patch = list_[i];
+  const Vec3 point = at + (patch.center - at) * 1e-6;  // on no edge, where angles are of no use
   const auto count = static_cast<size_t>(patch.size);
   std::array<double, 4> half_tangent{}, weights{};  // of the angle at the point to the next corner
   double sum = 0.0;
@@ -144,7 +145,7 @@ std::array<double, 4> Patches::weights(size_t i, const Vec3& point) const {
   }
   for (size_t k = 0; k < count; ++k) {
     const double tangents = half_tangent[k] + half_tangent[(k + count - 1) % count];
-    weights[k] = std::min(tangents / (patch.corners[k] - point).length(), 1e12);
+    weights[k] = tangents / (patch.corners[k] - point).length();
     sum += weights[k];
   }
   for (double& weight : weights) weight /= sum;
