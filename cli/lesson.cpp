@@ -18,6 +18,7 @@
 #include "images/srgb.h"
 #include "radiosity/eye.h"
 #include "radiosity/faces.h"
+#include "radiosity/radiosity.h"
 #include "radiosity/solution.h"
 #include "radiosity/teaching/exchange.h"
 #include "radiosity/teaching/film.h"
@@ -145,18 +146,18 @@ void Lesson::write_strip(const std::string& name, const std::vector<Tile>& tiles
   write_image(image, folder_ / (name + ".png"), exposure);
 }
 
-// Below the middle of the picture.
+// Above the middle of the picture.
 size_t Lesson::shown_patch() const {
   const Camera& camera = scene_.camera;
   const auto hit =
-      patches_.trace(camera.origin, camera.direction(0.5 * camera.width, 0.93 * camera.height));
+      patches_.trace(camera.origin, camera.direction(0.5 * camera.width, 0.35 * camera.height));
   return hit ? hit->patch : 0;
 }
 
 // Decades of grey, with the patches' colours at its left and above.
 Tile Lesson::matrix() const {
   constexpr size_t largest = 400, band = 8;
-  constexpr double decades = 4.0;
+  constexpr double least = -2.0, most = 1.5;  // powers of ten, in parts of the mean
   const size_t size = raw_.size(), block = (size + largest - 1) / largest, cells = size / block;
   const size_t width = cells + band;
   Tile picture{int(width), int(width), std::vector<float>(width * width * 3)};
@@ -176,7 +177,8 @@ Tile Lesson::matrix() const {
         const auto part = raw_.row(row * block + i).subspan(column * block, block);
         sum += std::accumulate(part.begin(), part.end(), 0.0);
       }
-      const double code = 1.0 + std::log10(sum / double(block * block)) / decades;
+      const double power = std::log10(sum / double(block * block) * double(size));
+      const double code = (power - least) / (most - least);
       set(column + band, row + band, Rgb(linear_of_srgb(std::clamp(code, 0.0, 1.0))));
     }
   }
@@ -194,7 +196,7 @@ void Lesson::show_form_factors() {
   }
   for (Rgb& value : row) value /= most;
   row[shown] = Rgb(1.0, 0.1, 0.1);
-  write_strip("row", {tile(film_.flat(row)), tile(film_.smooth(row))}, 2, 0.0);
+  write_strip("row", {tile(film_.flat(row))}, 1, 0.0);
 
   // A row must add up to what the whole faces say, at the same points.
   double off = 0.0, least = 1.0, greatest = 0.0, changed = 0.0, sum = 0.0, off_after = 0.0;
@@ -382,15 +384,25 @@ void Lesson::show_leaks() {
   const Exchange wrong(uncut, form_factors(uncut, work_), work_);
   const Light right_light = right.light(), wrong_light = wrong.light();
   const Camera close =
-      towards_difference(scene_.camera, Film(cut, scene_.camera, work_).smooth(right_light),
-                         Film(uncut, scene_.camera, work_).smooth(wrong_light));
+      towards_difference(scene_.camera, Film(cut, scene_.camera, work_).flat(right_light),
+                         Film(uncut, scene_.camera, work_).flat(wrong_light));
+  const std::vector<bool> has_t = cut.has_t_vertex();
+  Light marked = right_light;
+  for (size_t i = 0; i < marked.size(); ++i) {
+    if (has_t[i]) marked[i] = Rgb(0.5, 0.1, 0.1) * std::pow(0.5, exposure_);
+  }
+  Scene seen = scene_;
+  seen.camera = close;
+  const Picture exact = draw(seen, {.bounces = {}, .level = 0, .most_bytes = most_bytes_}, work_);
+  work_.check();
   const Film right_film(cut, close, work_), wrong_film(uncut, close, work_);
   write_strip("leaks",
-              {tile(wrong_film.wire(wrong_light)), tile(wrong_film.smooth(wrong_light)),
-               tile(right_film.wire(right_light)), tile(right_film.smooth(right_light))},
-              2, exposure_);
+              {tile(wrong_film.wire(wrong_light)), tile(right_film.wire(right_light)),
+               tile(right_film.wire(marked)), tile(wrong_film.smooth(wrong_light)),
+               tile(right_film.smooth(right_light)), tile(exact.rgb)},
+              3, exposure_);
   write_numbers("leaks", {{"patches", {uncut.size(), cut.size()}},
-                          {"t_vertices", {uncut.count_t_vertices(), cut.count_t_vertices()}}});
+                          {"with_t_vertices", std::ranges::count(has_t, true)}});
 }
 
 // Points that are seen, with the radiance there by linear elements.

@@ -152,23 +152,24 @@ std::array<double, 4> Patches::weights(size_t i, const Vec3& at) const {
   return weights;
 }
 
-size_t Patches::count_t_vertices() const {
-  std::vector<bool> is_t(vertex_points_.size());
-  for (size_t v = 0; v < is_t.size(); ++v) {
-    for (const Element& patch : list_) {
-      if (patch.face != vertex_faces_[v]) continue;
-      for (size_t k = 0; k < size_t(patch.size); ++k) {
-        const Vec3& a = patch.corners[k];
-        const Vec3 along = patch.corners[(k + 1) % size_t(patch.size)] - a;
-        const double part = (vertex_points_[v] - a).dot(along) / along.length2();
-        const double off = (vertex_points_[v] - a - along * part).length();
-        const double room = 1e-6 * faces_.size();
-        is_t[v] = is_t[v] || (off < room && part * along.length() > room &&
-                              (1.0 - part) * along.length() > room);
+std::vector<bool> Patches::has_t_vertex() const {
+  const double room = 1e-6 * faces_.size();
+  std::vector<bool> has(list_.size(), false);
+  for (size_t i = 0; i < list_.size(); ++i) {
+    const Element& patch = list_[i];
+    for (size_t k = 0; k < size_t(patch.size); ++k) {
+      const Vec3 edge = patch.corners[(k + 1) % size_t(patch.size)] - patch.corners[k];
+      const double length = edge.length();
+      for (size_t v = 0; v < vertex_points_.size(); ++v) {
+        if (vertex_faces_[v] != patch.face) continue;
+        const Vec3 offset = vertex_points_[v] - patch.corners[k];
+        const double along = offset.dot(edge) / length;
+        const bool is_between = along > room && along < length - room;
+        if (is_between && offset.cross(edge).length() < room * length) has[i] = true;
       }
     }
   }
-  return size_t(std::ranges::count(is_t, true));
+  return has;
 }
 
 }  // namespace plumb::radiosity::teaching

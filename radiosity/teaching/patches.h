@@ -44,8 +44,8 @@ class Patches {
   // What each corner's value counts at a point of a patch, where values change linearly along the
   // edges: mean value coordinates (Floater, "Mean value coordinates", CAGD 2003).
   std::array<double, 4> weights(size_t patch, const Vec3& point) const;
-  // Vertices in the middle of another patch's edge.
-  size_t count_t_vertices() const;
+  // Whether an edge of the patch has another one's corner between its ends: a T-vertex.
+  std::vector<bool> has_t_vertex() const;
 
  private:
   struct Node {
