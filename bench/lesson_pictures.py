@@ -11,6 +11,7 @@ import json
 import math
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 
@@ -267,8 +268,52 @@ def bias():
            enlarged=["--resize:filter=box", "256x256"])
 
 
+def sweeps_until(error, rows, way):
+    return next(row["sweeps"] for row in rows if row[way] <= error)
+
+
+def radiosity():
+    folder = OUT / "radiosity"
+    plumb("radiosity", SCENES / "cornell" / "scene.xml", "--exposure", 1, "--teach", folder)
+    for file in [*folder.glob("*.png"), *folder.glob("*.svg")]:
+        shutil.copy(file, PICTURES / f"radiosity_{file.name}")
+    goral = {bounces: OUT / f"goral_{number}.exr" for number, bounces in enumerate(("0:1", "0:2", "0:"))}
+    for bounces, file in goral.items():
+        plumb("radiosity", SCENES / "goral" / "scene.xml", "--bounces", bounces, "-o", file)
+    mosaic(goral.values(), 3, PICTURES / "goral.png", 1)
+
+    numbers = json.loads((folder / "lesson.json").read_text("utf-8"))
+    factors = numbers["form_factors"]
+    put("radiosity", "laws", ["", "from four points of each patch", "made reciprocal"],
+        [["a row's sum differs from what the whole faces say by, at most",
+          f"{factors['row_sum_error']:.1e}", f"{factors['row_sum_error_after']:.1e}"],
+         ["A<sub>i</sub> F<sub>ij</sub> and A<sub>j</sub> F<sub>ji</sub> differ by, in the mean",
+          percent(factors["lack_of_reciprocity"]), f"{factors['lack_of_reciprocity_after']:.1e}"],
+         ["the matrix was changed by, in the mean", "", percent(factors["changed"])]])
+    put("radiosity", "hemicubes", ["cells along an edge", "light that goes astray"],
+        [[row["resolution"], percent(row["error"])] for row in numbers["hemicubes"]]
+        + [["exact, but from the patch's middle", percent(numbers["hemicubes"][0]["middle"])]])
+    bounces = numbers["bounces"]
+    put("radiosity", "bounces", ["bounce", "share of red, green, blue light", "times the one before"],
+        [[row["bounce"], ", ".join(map(percent, row["share"])),
+          ", ".join(f"{ratio:.3f}" for ratio in row.get("ratio", []))] for row in bounces["rows"]
+         if row["bounce"] <= 6 or row["bounce"] % 10 == 0]
+        + [[title, "", ", ".join(f"{value:.3f}" for value in bounces[name])]
+           for title, name in (("in the long run", "spectral_radius"), ("largest reflectance", "bound"))])
+    shots = numbers["shooting"]
+    put("radiosity", "shooting", ["shots", "not yet sent", "error", "with the ambient term"],
+        [[row["shots"], *(percent(row[name]) for name in ("unshot", "error", "with_ambient"))]
+         for row in shots if row["shots"] in (1, 10, 100, 1000) or row is shots[-1]])
+    ways = {"Jacobi": "jacobi", "Gauss-Seidel": "gauss_seidel", "shooting": "shooting"}
+    put("radiosity", "sweeps", ["sweeps until the error is", *ways],
+        [[f"{error:.0e}", *(sweeps_until(error, numbers["sweeps"], way) for way in ways.values())]
+         for error in (1e-1, 1e-2, 1e-3, 1e-5, 1e-8)])
+    put("radiosity", "meshes", ["patches", "flat", "interpolated"],
+        [[row["patches"], percent(row["flat"]), percent(row["interpolated"])] for row in numbers["meshes"]])
+
+
 if __name__ == "__main__":
-    ALL = {lesson.__name__: lesson for lesson in (noise, bleeding, shadows, lamp, glass, bias)}
+    ALL = {lesson.__name__: lesson for lesson in (noise, bleeding, shadows, lamp, glass, bias, radiosity)}
     if len(sys.argv) < 2 or not set(sys.argv[2:]) <= set(ALL):
         sys.exit(__doc__)
     PLUMB = sys.argv[1]

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,7 +64,9 @@ class Lesson {
         raw_(form_factors(patches_, work)),
         exchange_(patches_, raw_, work),
         film_(patches_, scene.camera, work),
-        exact_(exchange_.light()) {}
+        exact_(exchange_.light()) {
+    if (faces_.lamps().empty()) throw std::invalid_argument("there is no lamp in the scene");
+  }
 
   void give() {
     show_form_factors();
@@ -84,9 +86,9 @@ class Lesson {
 
   void write_strip(const std::string& name, const std::vector<Tile>& tiles, size_t columns,
                    double exposure) const;
-  void write_plot(const std::string& name, const std::string& x, const std::string& y,
+  void write_plot(const std::string& name, const std::string& title, const std::string& x,
                   std::vector<Curve> curves) const {
-    plumb::write_plot({name, x, y, std::move(curves), {}}, folder_ / (name + ".svg"));
+    plumb::write_plot({title, x, "error", std::move(curves), {}}, folder_ / (name + ".svg"));
   }
   void write_numbers(const std::string& part, ordered_json numbers) {
     numbers_[part] = std::move(numbers);
@@ -261,7 +263,7 @@ void Lesson::show_hemicubes() {
     middle.points.push_back(point(resolution, of_middle));
     rows.push_back({{"resolution", resolution}, {"error", error}, {"middle", of_middle}});
   }
-  write_plot("hemicubes", "cells along an edge", "part of the light that goes astray",
+  write_plot("hemicubes", "Light that a hemicube sends to wrong patches", "cells along an edge",
              {cells, middle});
   write_numbers("hemicubes", rows);
 }
@@ -304,12 +306,13 @@ void Lesson::show_shooting() {
   for (size_t shot = 1; shot <= 10 * patches_.size(); ++shot) {
     work_.check();
     shooting.shoot();
-    if (shot == shown && shot <= usual_count) {
+    const bool is_shown = shot == shown && shot <= usual_count;
+    if (is_shown) {
       shown *= 10;
       plain.push_back(tile(film_.flat(shooting.light())));
       ambient.push_back(tile(film_.flat(shooting.with_ambient())));
     }
-    if (shot < next) continue;
+    if (shot < next && !is_shown) continue;
     next = std::max(shot + 1, shot * 5 / 4);
     const double error = exchange_.error(shooting.light(), exact_);
     const double guessed = exchange_.error(shooting.with_ambient(), exact_);
@@ -322,12 +325,12 @@ void Lesson::show_shooting() {
   }
   plain.insert(plain.end(), ambient.begin(), ambient.end());
   write_strip("shooting", plain, plain.size() / 2, exposure_);
-  write_plot("shooting", "shots", "error", {without, with});
+  write_plot("shooting", "Progressive refinement", "shots", {without, with});
   write_numbers("shooting", rows);
 }
 
 void Lesson::show_sweeps() {
-  constexpr int most = 40;
+  constexpr int most = 30;
   Light gathered = exchange_.emission, in_place = gathered;
   Shooting shooting(exchange_);
   Curve jacobi{"gathering (Jacobi)", {}, {}}, seidel{"gathering in place (Gauss-Seidel)", {}, {}},
@@ -347,7 +350,7 @@ void Lesson::show_sweeps() {
                     {"gauss_seidel", errors[1]},
                     {"shooting", errors[2]}});
   }
-  write_plot("sweeps", "sweeps", "error", {jacobi, seidel, shots});
+  write_plot("sweeps", "Gathering and shooting", "sweeps", {jacobi, seidel, shots});
   write_numbers("sweeps", rows);
 }
 
@@ -366,9 +369,14 @@ Camera towards_difference(const Camera& camera, const std::vector<float>& a,
     differences[size_t(y * columns + x)] += off;
   }
   const auto at = static_cast<int>(std::ranges::max_element(differences) - differences.begin());
+  // Nothing beside the picture.
+  const auto middle = [](int block, double size) {
+    return std::clamp((block + 0.5) * side, size / (2.0 * closer), size - size / (2.0 * closer));
+  };
   Camera close = camera;
   close.forward =
-      camera.direction((at % columns + 0.5) * side, (at / columns + 0.5) * side).normalized();
+      camera.direction(middle(at % columns, camera.width), middle(at / columns, camera.height))
+          .normalized();
   close.right = close.forward.cross(camera.up).normalized();
   if (close.right.dot(camera.right) < 0.0) close.right = -close.right;
   close.up = close.right.cross(close.forward).normalized();
@@ -393,7 +401,7 @@ void Lesson::show_leaks() {
   }
   Scene seen = scene_;
   seen.camera = close;
-  const Picture exact = draw(seen, {.bounces = {}, .level = 0, .most_bytes = most_bytes_}, work_);
+  const Picture exact = draw(seen, {.bounces = {}, .level = 1, .most_bytes = most_bytes_}, work_);
   work_.check();
   const Film right_film(cut, close, work_), wrong_film(uncut, close, work_);
   write_strip("leaks",
@@ -475,7 +483,7 @@ void Lesson::show_meshes() {
   }
   wires.insert(wires.end(), pictures.begin(), pictures.end());
   write_strip("refinement", wires, wires.size() / 2, exposure_);
-  write_plot("meshes", "patches", "error", {flat, smooth});
+  write_plot("meshes", "Patches against linear elements", "patches", {flat, smooth});
   write_numbers("meshes", rows);
 }
 
@@ -483,6 +491,9 @@ void Lesson::show_meshes() {
 
 void teach(const Scene& scene, const std::filesystem::path& folder, double exposure,
            size_t most_bytes, const Work& work) {
+  std::error_code failed;  // which the check would tell, too
+  std::filesystem::create_directories(folder, failed);
+  check_writable(folder / "lesson.json");
   Lesson(scene, folder, exposure, most_bytes, work).give();
 }
 

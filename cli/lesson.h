@@ -10,7 +10,7 @@
 
 namespace plumb::cli {
 
-// Writes pictures, plots, and lesson.json with all numbers into an existing folder, part by part;
+// Writes pictures, plots, and lesson.json with all numbers into a folder, part by part;
 // pictures are brighter by so many stops. Throws what radiosity::draw() throws, radiosity::Stopped,
 // FileError, and std::runtime_error if gnuplot is not installed.
 void teach(const Scene& scene, const std::filesystem::path& folder, double exposure,

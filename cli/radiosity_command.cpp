@@ -10,7 +10,6 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -146,7 +145,6 @@ int draw_picture(const Scene& scene, const Options& options) {
 }
 
 int write_lesson(const Scene& scene, const Options& options) {
-  std::filesystem::create_directories(options.lesson);
   try {
     ProgressLine line;
     const radiosity::Work work{[&](const std::string& phase) { line.show(phase); },

@@ -16,7 +16,7 @@ Picture draw_patches(const Scene& scene, const Settings& settings, const Work& w
   const Faces faces(scene);
   const auto most = static_cast<size_t>(std::sqrt(double(settings.most_bytes) / sizeof(double)));
   Picture best;
-  for (const size_t count : {500, 2000}) {
+  for (const size_t count : {250, 1000}) {
     try {
       const Patches patches = Patches::of_about(faces, count, true, most);
       const Exchange exchange(patches, form_factors(patches, work), work);
