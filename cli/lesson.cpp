@@ -52,21 +52,19 @@ double misplaced(const std::vector<double>& a, const std::vector<double>& b) {
 
 class Lesson {
  public:
-  Lesson(const Scene& scene, std::filesystem::path folder, double exposure, size_t most_bytes,
-         const Work& work)
+  Lesson(const Scene& scene, const Faces& faces, std::filesystem::path folder, double exposure,
+         size_t most_bytes, const Work& work)
       : scene_(scene),
         folder_(std::move(folder)),
         exposure_(exposure),
         most_bytes_(most_bytes),
         work_(work),
-        faces_(scene),
+        faces_(faces),
         patches_(mesh(usual_count, true)),
         raw_(form_factors(patches_, work)),
         exchange_(patches_, raw_, work),
         film_(patches_, scene.camera, work),
-        exact_(exchange_.light()) {
-    if (faces_.lamps().empty()) throw std::invalid_argument("there is no lamp in the scene");
-  }
+        exact_(exchange_.light()) {}
 
   void give() {
     show_form_factors();
@@ -121,7 +119,7 @@ class Lesson {
   double exposure_;
   size_t most_bytes_;
   const Work& work_;
-  Faces faces_;
+  const Faces& faces_;
   Patches patches_;
   FormFactors raw_;
   Exchange exchange_;
@@ -491,10 +489,12 @@ void Lesson::show_meshes() {
 
 void teach(const Scene& scene, const std::filesystem::path& folder, double exposure,
            size_t most_bytes, const Work& work) {
+  const Faces faces(scene);
+  if (faces.lamps().empty()) throw std::invalid_argument("there is no lamp in the scene");
   std::error_code failed;  // which the check would tell, too
   std::filesystem::create_directories(folder, failed);
   check_writable(folder / "lesson.json");
-  Lesson(scene, folder, exposure, most_bytes, work).give();
+  Lesson(scene, faces, folder, exposure, most_bytes, work).give();
 }
 
 }  // namespace plumb::cli

@@ -11,8 +11,9 @@
 namespace plumb::cli {
 
 // Writes pictures, plots, and lesson.json with all numbers into a folder, part by part;
-// pictures are brighter by so many stops. Throws what radiosity::draw() throws, radiosity::Stopped,
-// FileError, and std::runtime_error if gnuplot is not installed.
+// pictures are brighter by so many stops. Throws what radiosity::draw() throws,
+// std::invalid_argument if there is no lamp, radiosity::Stopped, FileError, and std::runtime_error
+// if gnuplot is not installed.
 void teach(const Scene& scene, const std::filesystem::path& folder, double exposure,
            size_t most_bytes, const radiosity::Work& work);
 

@@ -55,13 +55,16 @@ void add_options(CLI::App& command, Options& options) {
                   "linear (default), or constant: flat patches and the\n"
                   "whole matrix of their form factors, to be seen")
            ->excludes(&error);
-  add_option(command, "--teach", "DIR", options.lesson,
-             "Write a lesson's pictures, plots and numbers")
-      ->excludes(&output)
-      ->excludes(&error)
-      ->excludes(&elements)
-      ->excludes(command.get_option("--bounces"));
-  for (const char* origin : {"--from", "--by"}) elements.excludes(command.get_option(origin));
+  CLI::Option& lesson = *add_option(command, "--teach", "DIR", options.lesson,
+                                    "Write a lesson's pictures, plots and numbers")
+                             ->excludes(&output)
+                             ->excludes(&error)
+                             ->excludes(&elements)
+                             ->excludes(command.get_option("--bounces"));
+  for (const char* origin : {"--from", "--by"}) {
+    elements.excludes(command.get_option(origin));
+    lesson.excludes(command.get_option(origin));
+  }
   add_option(command, "--threads", "N", options.threads, number(1, 1024),
              "Threads at most (default: one per processor)");
   add_exposure_option(command, options.outputs);
