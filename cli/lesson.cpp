@@ -220,15 +220,16 @@ void Lesson::show_form_factors() {
       changed += patch.whole * std::abs(raw_.row(i)[j] - exchange_.factors.row(i)[j]);
     }
   }
-  const Reciprocity before = lack_of_reciprocity(raw_, exchange_.areas);
-  const Reciprocity after = lack_of_reciprocity(exchange_.factors, exchange_.areas);
+  const auto lack = [&](const FormFactors& factors) {
+    return lack_of_reciprocity(factors, exchange_.areas);
+  };
   write_numbers("form_factors", {{"patches", patches_.size()},
                                  {"row_sums", {least, greatest}},
                                  {"row_sum_error", off},
-                                 {"lack_of_reciprocity", before.mean},
+                                 {"lack_of_reciprocity", lack(raw_)},
                                  {"changed", changed / sum},
                                  {"row_sum_error_after", off_after},
-                                 {"lack_of_reciprocity_after", after.mean}});
+                                 {"lack_of_reciprocity_after", lack(exchange_.factors)}});
 }
 
 void Lesson::show_hemicubes() {

@@ -96,19 +96,15 @@ void make_reciprocal(FormFactors& factors, const std::vector<double>& areas, con
   }
 }
 
-Reciprocity lack_of_reciprocity(const FormFactors& factors, const std::vector<double>& areas) {
-  double largest = 0.0, sum = 0.0, most = 0.0, all = 0.0;
+double lack_of_reciprocity(const FormFactors& factors, const std::vector<double>& areas) {
+  double sum = 0.0, all = 0.0;
   for (size_t i = 0; i < factors.size(); ++i) {
     for (size_t j = 0; j < factors.size(); ++j) {
-      const double there = areas[i] * factors.row(i)[j];
-      const double off = std::abs(there - areas[j] * factors.row(j)[i]);
-      largest = std::max(largest, off);
-      most = std::max(most, there);
-      sum += off;
-      all += there;
+      sum += std::abs(areas[i] * factors.row(i)[j] - areas[j] * factors.row(j)[i]);
+      all += areas[i] * factors.row(i)[j];
     }
   }
-  return {largest / most, sum / all};
+  return sum / all;
 }
 
 Hemicube::Hemicube(const Patches& patches, size_t patch, int resolution)

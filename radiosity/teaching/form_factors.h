@@ -38,12 +38,8 @@ FormFactors form_factors(const Patches& patches, const Work& work);
 // between arbitrary positive matrices and doubly stochastic matrices", 1964).
 void make_reciprocal(FormFactors& factors, const std::vector<double>& areas, const Work& work);
 
-// Over all pairs, |area_i F_ij - area_j F_ji|: the largest and the sum, each in parts of the
-// same of area_i F_ij.
-struct Reciprocity {
-  double largest, mean;
-};
-Reciprocity lack_of_reciprocity(const FormFactors& factors, const std::vector<double>& areas);
+// By how much area_i F_ij differs from area_j F_ji in the mean, in parts of the mean of these.
+double lack_of_reciprocity(const FormFactors& factors, const std::vector<double>& areas);
 
 // Half a cube around a patch's middle, which stands on it, with cells that each see one patch
 // (Cohen and Greenberg, "The hemi-cube: a radiosity solution for complex environments", SIGGRAPH

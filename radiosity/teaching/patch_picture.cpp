@@ -3,7 +3,6 @@
 #include "radiosity/teaching/patch_picture.h"
 
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include "radiosity/faces.h"
@@ -29,9 +28,6 @@ Picture draw_patches(const Scene& scene, const Settings& settings, const Work& w
     } catch (const Stopped&) {
       best.why_ended = "interrupted";
       return best;
-    } catch (const std::length_error& error) {
-      throw std::runtime_error(error.what() +
-                               std::string(": their matrix doesn't fit into half of the memory"));
     }
   }
   return best;

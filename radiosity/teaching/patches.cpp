@@ -48,7 +48,9 @@ Patches Patches::of_about(const Faces& faces, size_t count, bool is_cut, size_t 
 
 void Patches::split(size_t node, double radius, size_t most) {
   if (nodes_[node].element.radius <= radius) {
-    if (list_.size() == most) throw std::length_error(fmt::format("more than {} patches", most));
+    if (list_.size() == most)
+      throw std::runtime_error(fmt::format(
+          "the matrix of more than {} patches doesn't fit into half of the memory", most));
     nodes_[node].patch = list_.size();
     list_.push_back(nodes_[node].element);
     return;

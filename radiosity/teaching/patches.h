@@ -23,7 +23,8 @@ struct Hit {
 class Patches {
  public:
   // Circles around patches are no larger than `radius`. Without `is_cut`, patches go on below what
-  // stands on them. Throws std::length_error for more than `most` patches.
+  // stands on them. Throws std::runtime_error for more than `most` patches, whose matrix would be
+  // too large.
   Patches(const Faces& faces, double radius, bool is_cut, size_t most);
 
   // With the largest radius that gives at least so many.
