@@ -8,6 +8,10 @@ packages := g++ cmake ninja-build pkg-config libboost-math-dev libcli11-dev libf
 # Programs that render the same scenes, and draw plots.
 programs := povray blender python3 openimageio-tools gnuplot-nox
 
+# For the package for Python and its tests; those of PyPI are skipped where it can't be had.
+python_packages := python3-dev python3-venv
+python_tools := nanobind scikit-build-core numpy pytest pytest-xdist mypy
+
 # For the test of the report's page in a browser, which is skipped where they can't be had.
 browser := chromium chromium-driver python3-selenium
 
@@ -41,7 +45,7 @@ scenes := cornell seed spheres metals
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps page-deps node-deps configure build test lint sanitize fuzz gate report package core page \
+.PHONY: help deps page-deps node-deps configure build test python-test lint sanitize fuzz gate report package core page \
   page-test bench references check-references stress stress-truth lamp-sampling power faults diagnose-study \
   lesson-pictures lessons charts pictures page-picture clean
 
@@ -49,6 +53,7 @@ help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
 	@echo "make build   build/plumb"
 	@echo "make test    builds and runs all tests"
+	@echo "make python-test  builds the package for Python in build/venv/ and tests it"
 	@echo "make lint    checks C++ by clang-format and clang-tidy of LLVM $(llvm), Python by ruff,"
 	@echo "             JavaScript by ESLint (6 minutes)"
 	@echo "make sanitize  runs the quick tests with address and undefined behaviour sanitizers"
@@ -110,7 +115,7 @@ deps:
 	  echo "show the references; gnuplot draws plots."; \
 	  exit 0; \
 	fi; \
-	$(call install,$(packages) $(programs),$(browser))
+	$(call install,$(packages) $(programs) $(python_packages),$(browser))
 
 page-deps:
 	@if ! command -v apt-get >/dev/null; then \
@@ -134,8 +139,18 @@ configure: deps
 build: configure
 	cmake --build build --parallel $(jobs)
 
-test: build
+test: build python-test
 	ctest --test-dir build --output-on-failure -j$(jobs)
+
+# `pip install .` in a virtual environment. It builds in build/, where all but the bindings is there already.
+python-test: build
+	@test -x build/venv/bin/mypy || { rm -rf build/venv && python3 -m venv build/venv && \
+	  build/venv/bin/pip install --quiet --disable-pip-version-check $(python_tools); } || \
+	  echo "The package for Python is not tested: PyPI can't be had here"
+	test ! -x build/venv/bin/mypy || { \
+	  build/venv/bin/pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps \
+	    -Cbuild-dir=build -Ccmake.define.BUILD_TESTING=ON . && \
+	  build/venv/bin/pytest --quiet -p no:cacheprovider -n $(jobs) tests/python; }
 
 lint: programs += $(linters)
 lint: configure node-deps build/ruff-$(ruff)/bin/ruff

@@ -18,12 +18,10 @@
 
 #include "cli/commands.h"
 #include "cli/names.h"
-#include "compare/card.h"
-#include "compare/comparison.h"
+#include "cli/words.h"
 #include "compare/gate.h"
+#include "compare/judging.h"
 #include "compare/maps.h"
-#include "compare/report.h"
-#include "compare/shared_samples.h"
 #include "compare/update.h"
 #include "images/printable.h"
 
@@ -38,19 +36,12 @@ const Words<MapKind> map_words{{"difference", MapKind::difference},
                                {"flip", MapKind::flip}};
 const Words<FlipKind> flip_words{{"ldr", FlipKind::ldr}, {"hdr", FlipKind::hdr}};
 
-struct Options {
+struct Options : ComparisonTerms {
   std::string test, reference;
   std::vector<std::string> test_replicates, reference_replicates;
-  std::string part;
-  Selection selection;
-  bool other_scene = false;
-  std::string regions;
-  std::optional<Window> crop;
-  Judgement judgement;
+  std::string part, regions;
   std::string json, markdown, map;
   MapKind map_kind = MapKind::difference;
-  std::optional<FlipKind> flip;
-  double pixels_per_degree = usual_pixels_per_degree;
   Integers integers = Integers::linear;
   bool update = false;
   std::string gate, junit;
@@ -164,35 +155,6 @@ void add_options(CLI::App& command, Options& options) {
   add_reporting(command, options);
 }
 
-// What was assumed about a picture, a line.
-std::string notes(const Picture& picture) {
-  std::string text;
-  if (picture.image.encoding.find(',') != std::string::npos) {
-    text += fmt::format("{}: {}\n", picture.side, picture.image.encoding);
-  }
-  std::string unknown;  // channels
-  for (size_t c = picture.averaged; c < picture.channel_count(); ++c) {
-    if (!picture.knows_noise(c)) {
-      unknown += " " + picture.image.channels[picture.value_channels[c]];
-    }
-  }
-  if (!picture.knows_noise()) {
-    text += fmt::format("{}: noise not known\n", picture.side);
-  } else if (!unknown.empty()) {
-    text += fmt::format("{}: noise not known of{}\n", picture.side, unknown);
-  }
-  for (const std::string& note : picture.image.notes) {
-    text += fmt::format("{}: {}\n", picture.side, note);
-  }
-  if (!picture.left_out.empty()) {
-    text += fmt::format("{}: not compared: {}\n", picture.side, fmt::join(picture.left_out, " "));
-  }
-  if (picture.has_few_samples()) {
-    text += fmt::format("{}: too few samples to know its noise\n", picture.side);
-  }
-  return text;
-}
-
 void write_text(const std::string& text, const std::string& file) {
   if (file.empty()) return;
   if (file == "-") return fmt::print("{}", text);
@@ -214,22 +176,6 @@ void write_reports(const Options& options, const Result& result) {
   }
   write_text(result.report + picture, options.markdown);
   write_text(result.json.dump(2) + "\n", options.json);
-}
-
-// Takes the floors that the reference states, or the card beside it; says so in a line.
-std::string take_floors(const std::string& file, const Picture& reference, Judgement& judgement) {
-  const Provenance& told = reference.image.provenance;
-  const bool tells = told.image_floor && told.region_floor;
-  const auto floors =
-      tells ? CardFloors{{*told.image_floor}, {*told.region_floor}} : floors_of_card(file);
-  if (!floors) return "";
-  judgement.image_floor = floors->image;
-  judgement.floor = floors->region;
-  return fmt::format(
-      "reference: floor {:.3g} % of the image, {:.3g} % elsewhere, by its "
-      "{}\n",
-      100.0 * floors->image.value, 100.0 * floors->region.value,
-      tells ? "own account" : "card.json");
 }
 
 Picture read_side(const Options& options, const std::string& side, const std::string& part) {
@@ -276,42 +222,18 @@ Result judge_files(const Options& options) {
   const auto [test_part, reference_part] = name_on_each_side(options.part);
   Picture test = read_side(options, "test", test_part);
   Picture reference = read_side(options, "reference", reference_part);
-  leave_out_overscan(test, reference);
-  if (!options.other_scene) refuse_other_scenes(test, reference);
+  bring_together(test, reference, options);
   if (!options.map.empty() && !have_one_size(test.image, reference.image)) {
     draw_sizes(options, test, reference);
   }
-  const Image& image = test.image;
-  const Window window = options.crop.value_or(Window{0, 0, image.width, image.height});
   Regions regions;
   if (!options.regions.empty()) {
-    regions = read_regions(options.regions, image.width, image.height);
+    regions = read_regions(options.regions, test.image.width, test.image.height);
   }
-  keep_only(test, reference, window, regions);
-  const auto channels = match(test, reference, options.selection);
-  if (window.width > image.width - window.x || window.height > image.height - window.y) {
-    throw std::invalid_argument("--crop reaches beyond the picture");
-  }
-  Judgement judgement = options.judgement;
-  std::string floor_note;
-  if (!judgement.floor && !reference.knows_noise()) {
-    floor_note = take_floors(options.reference, reference, judgement);
-  }
-  if (!options.flip && (judgement.flip_mean || judgement.flip_p95)) {
-    throw std::invalid_argument("--flip-mean and --flip-p95 need --flip ldr or hdr");
-  }
-  Comparison comparison = compare(test, reference, channels, window, regions, judgement);
-  if (options.flip) {
-    add_flip(comparison,
-             flip(*options.flip, test, reference, window, regions, options.pixels_per_degree),
-             judgement);
-  }
-  ComparedFiles files{printable(options.test),
-                      printable(options.reference),
-                      notes(test) + notes(reference) + floor_note,
-                      test.samples_per_pixel(),
-                      test.left_out,
-                      reference.left_out};
+  Judged judged = judge(test, reference, regions, options, options.reference);
+  auto& [window, comparison, files] = judged;
+  files.test = printable(options.test);
+  files.reference = printable(options.reference);
   if (!options.map.empty()) {
     write_image(draw_map(options.map_kind, test, reference, window, comparison.flip), options.map);
   }
@@ -321,7 +243,7 @@ Result judge_files(const Options& options) {
     const auto of_reference = std::exchange(reference.image, {}).tags;
     files.only_tags_differ = only_tags_that_differ(options, of_test, of_reference);
   }
-  return {comparison.verdict, explain(comparison, files) + files.notes, to_text(comparison, files),
+  return {comparison.verdict, judged.explanation(), to_text(comparison, files),
           to_json(comparison, files)};
 }
 
@@ -409,11 +331,7 @@ Result compare_files(const Options& options) {
 
 // Runs an entry of a gate as its own command line.
 Result compare_entry(const GateEntry& entry, bool update) {
-  Options options;
-  CLI::App command;
-  add_options(command, options);
-  // CLI11 wants them backwards.
-  command.parse(std::vector<std::string>(entry.arguments.rbegin(), entry.arguments.rend()));
+  auto options = parse_words<Options>(add_options, entry.arguments);
   options.update = update && entry.expected == Verdict::same;
   return compare_files(options);
 }
@@ -469,6 +387,12 @@ int run(const Options& options) {
 }
 
 }  // namespace
+
+ComparisonTerms parse_terms(const std::vector<std::string>& words) {
+  return parse_words<Options>(add_options, words);
+}
+
+MapKind parse_map(const std::string& word) { return one_of(map_words)(word); }
 
 void add_compare(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();

@@ -20,6 +20,7 @@
 #include "cli/progress_line.h"
 #include "cli/scene_options.h"
 #include "cli/study_options.h"
+#include "cli/words.h"
 #include "other_renderers/runner.h"
 #include "renderer/render.h"
 
@@ -113,7 +114,7 @@ std::vector<std::pair<Settings, int64_t>> plan(const Options& options,
 
 // Renders, or takes what an earlier run has kept. No picture after an interrupt.
 std::optional<Image> picture_of(const Scene& scene, const Settings& settings, int64_t samples,
-                                const std::string& keep) {
+                                const std::string& keep, const std::atomic<bool>& stop) {
   Film film(scene.camera.width, scene.camera.height);
   const SampleRange range{0, samples};
   const fs::path file = fs::path(keep) / fmt::format("{}-{}-{}-{}spp-seed{}.exr", scene.name,
@@ -126,8 +127,8 @@ std::optional<Image> picture_of(const Scene& scene, const Settings& settings, in
     const Provenance planned = describe(scene, settings, range, film, {});
     if (has_size && is_same_render(kept.provenance, planned)) return kept;
   }
-  const Cost cost = render(scene, settings, {.samples = range}, film, {}, &stop_requested);
-  if (stop_requested) return {};
+  const Cost cost = render(scene, settings, {.samples = range}, film, {}, &stop);
+  if (stop) return {};
   Image image = to_image(film, false);
   image.provenance = describe(scene, settings, range, film, cost);
   if (!keep.empty()) write_image(image, file);
@@ -136,11 +137,10 @@ std::optional<Image> picture_of(const Scene& scene, const Settings& settings, in
 
 // Adds what another program draws: with each number of samples so many pictures of a seed each.
 void render_all_by(const OtherRenderer& renderer, const Scene& scene, const Options& options,
-                   ProgressLine& line, Study& study) {
+                   const Watcher& watcher, Study& study) {
   if (!renderer.has_samples) {
     throw std::invalid_argument(renderer.name + " has no samples whose number could grow");
   }
-  const Watcher watcher{[&](const std::string& text) { line.show(text); }, stop_requested};
   const fs::path log = fs::temp_directory_path() / fmt::format("plumb-{}.log", renderer.word);
   ReferenceSettings settings{.seeds = 1,
                              .first_seed = 1,
@@ -151,7 +151,7 @@ void render_all_by(const OtherRenderer& renderer, const Scene& scene, const Opti
       settings.samples_per_pixel = static_cast<int>(n);
       Reference drawn =
           render_reference(renderer, scene, options.scene.file, settings, log, watcher);
-      if (stop_requested) return;
+      if (watcher.stop) return;
       const Label label{
           .series = renderer.name,
           .step = fmt::format("{} spp", n),
@@ -165,21 +165,19 @@ void render_all_by(const OtherRenderer& renderer, const Scene& scene, const Opti
 }
 
 // Adds all renders that an interrupt leaves time for.
-void render_all(Options options, Study& study) {
+void render_all(Options options, Study& study, const Watcher& watcher) {
   options.scene.file = options.study.pictures.front();
   if (options.study.pictures.size() > 1) throw std::invalid_argument("one scene at a time");
   const Scene scene = load_scene(options.scene);
   options.settings.bounces = scene.request.bounces;
   options.settings.precision = fitting_precision(scene);
   if (!options.keep.empty()) fs::create_directories(options.keep);
-  listen_for_interrupts();
-  ProgressLine line;
   const auto renders = plan(options, study.reference().image.provenance.seed);
   for (size_t done = 0; const auto& [settings, samples] : renders) {
-    line.show(fmt::format("{} of {} renders: {} {}, {} spp", ++done, renders.size(),
-                          to_word(settings.method, method_words),
-                          to_word(settings.sampler, sampler_words), samples));
-    auto image = picture_of(scene, settings, samples, options.keep);
+    watcher.show(fmt::format("{} of {} renders: {} {}, {} spp", ++done, renders.size(),
+                             to_word(settings.method, method_words),
+                             to_word(settings.sampler, sampler_words), samples));
+    auto image = picture_of(scene, settings, samples, options.keep, watcher.stop);
     if (!image) return;
     Picture picture = to_picture("picture", std::move(*image));
     Label label = label_of(picture);
@@ -187,24 +185,40 @@ void render_all(Options options, Study& study) {
     add_picture(study, std::move(picture), label, options.study);
   }
   for (const std::string& program : options.programs) {
-    render_all_by(other_renderer(program), scene, options, line, study);
+    render_all_by(other_renderer(program), scene, options, watcher, study);
   }
 }
 
-int run(const Options& options) {
+Exhibit converge(const Options& options, const Watcher& watcher, bool& is_complete) {
   Study study(read_picture("reference", {options.study.reference}, ""));
-  bool is_complete = true;
   if (is_scene(options.study.pictures.front())) {
-    render_all(options, study);
+    render_all(options, study, watcher);
   } else {
     is_complete = add_pictures(study, options.study);
   }
-  present(convergence(study), options.study);
+  return convergence(study);
+}
+
+int run(const Options& options) {
+  if (is_scene(options.study.pictures.front())) listen_for_interrupts();
+  bool is_complete = true;
+  std::optional<Exhibit> exhibit;
+  {
+    ProgressLine line;
+    exhibit = converge(options, {[&](const std::string& text) { line.show(text); }, stop_requested},
+                       is_complete);
+  }
+  present(*exhibit, options.study);
   if (stop_signal != 0) return 128 + stop_signal;
   return is_complete ? 0 : 2;
 }
 
 }  // namespace
+
+Exhibit converge(const std::vector<std::string>& words, const Watcher& watcher) {
+  bool is_complete = true;
+  return converge(parse_words<Options>(add_options, words), watcher, is_complete);
+}
 
 void add_converge(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();

@@ -77,6 +77,28 @@ std::string remark(const Diagnosis& d) {
       d.shared_noise);
 }
 
+}  // namespace
+
+std::string to_text(const Diagnosis& d, double tolerance) {
+  std::string text = fmt::format("{}\n{}{}", sentence(d, tolerance), remark(d), table_of(d));
+  if (d.tried > 0) text += fmt::format("\n{} suspects were tried\n", d.tried);
+  return text;
+}
+
+Verdict verdict_of(const Diagnosis& d, double tolerance) {
+  if (d.healthy.is_refuted) return Verdict::different;
+  return d.healthy.within <= tolerance ? Verdict::same : Verdict::inconclusive;
+}
+
+void warn_of_another_version(const Scene& scene, const Picture& test) {
+  const auto& hash = test.image.provenance.scene_hash;
+  if (hash && hash != scene.hash) {
+    say("the picture says that it is of another version of the scene");
+  }
+}
+
+namespace {
+
 // The difference, what the likeliest suspect would change, and the rest.
 void draw(const Diagnosis& d, Picture& test, const fs::path& folder) {
   fs::create_directories(folder);
@@ -98,10 +120,7 @@ void draw(const Diagnosis& d, Picture& test, const fs::path& folder) {
 int run(const Options& options) {
   Picture test = read_picture("test", {options.picture}, "");
   const Scene scene = load_scene(options.scene);
-  const auto& hash = test.image.provenance.scene_hash;
-  if (hash && hash != scene.hash) {
-    fmt::print(stderr, "plumb: the picture says that it is of another version of the scene\n");
-  }
+  warn_of_another_version(scene, test);
   listen_for_interrupts();
   std::optional<Diagnosis> found;
   {
@@ -111,13 +130,9 @@ int run(const Options& options) {
         stop_requested);
   }
   if (!found) return 128 + stop_signal;
-  const Diagnosis& d = *found;
-  fmt::print("{}\n{}{}", sentence(d, options.tolerance), remark(d), table_of(d));
-  if (d.tried > 0) fmt::print("\n{} suspects were tried\n", d.tried);
-  if (!options.folder.empty()) draw(d, test, options.folder);
-  if (d.healthy.is_refuted) return static_cast<int>(Verdict::different);
-  const bool is_same = d.healthy.within <= options.tolerance;
-  return static_cast<int>(is_same ? Verdict::same : Verdict::inconclusive);
+  fmt::print("{}", to_text(*found, options.tolerance));
+  if (!options.folder.empty()) draw(*found, test, options.folder);
+  return static_cast<int>(verdict_of(*found, options.tolerance));
 }
 
 }  // namespace

@@ -59,4 +59,13 @@ std::optional<Diagnosis> diagnose(const Scene& scene, Picture& test, double tole
                                   const std::function<void(const std::string&)>& show,
                                   const std::atomic<bool>& stop);
 
+// Says so if the picture tells of another version of the scene.
+void warn_of_another_version(const Scene& scene, const Picture& test);
+
+// The verdict in words, with a table of the likeliest suspects.
+std::string to_text(const Diagnosis& diagnosis, double tolerance);
+
+// Whether the picture is the same as the reference within the tolerance, whatever was found.
+Verdict verdict_of(const Diagnosis& diagnosis, double tolerance);
+
 }  // namespace plumb::cli

@@ -1,153 +1,64 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
-#include <cmath>
-#include <ctime>
 #include <memory>
 #include <stdexcept>
 #include <string>
 
 #include "cli/commands.h"
-#include "cli/film_image.h"
 #include "cli/interrupt.h"
 #include "cli/lesson.h"
-#include "cli/names.h"
 #include "cli/outputs.h"
 #include "cli/progress_line.h"
+#include "cli/radiosity_drawing.h"
 #include "cli/scene_options.h"
-#include "radiosity/radiosity.h"
-#include "radiosity/teaching/patch_picture.h"
 
 namespace plumb::cli {
 namespace {
 
-struct Options {
-  SceneOptions scene;
+struct Options : RadiosityOptions {
   Outputs outputs;
-  bool is_constant = false;
   std::string lesson;  // the folder
-  double error = 0.0;
-  int threads = 0;
 };
-
-const Words<bool> element_words{{"linear", false}, {"constant", true}};
 
 void add_options(CLI::App& command, Options& options) {
   add_scene_option(command, options.scene);
   add_output_option(command, options.outputs);
-  CLI::Option& output = *command.get_option("--output")->required(false);
-  CLI::Option& error = *add_option(command, "--error", "E", options.error, parse_fraction,
-                                   "Refine until two resolutions differ by no more, as\n"
-                                   "0.0001 or 0.01%: root of the mean of difference^2 /\n"
-                                   "(mean^2 + 0.01) over pixels (default: three\n"
-                                   "resolutions)");
-  add_size_and_bounces(command, options.scene);
-  add_light_origin(command, options.scene);
-  CLI::Option& elements =
-      *add_option(command, "--elements", "KIND", options.is_constant, one_of(element_words),
-                  "linear (default), or constant: flat patches and the\n"
-                  "whole matrix of their form factors, to be seen")
-           ->excludes(&error);
+  command.get_option("--output")->required(false);
+  add_radiosity_options(command, options);
   CLI::Option& lesson = *add_option(command, "--teach", "DIR", options.lesson,
-                                    "Write a lesson's pictures, plots and numbers")
-                             ->excludes(&output)
-                             ->excludes(&error)
-                             ->excludes(&elements)
-                             ->excludes(command.get_option("--bounces"));
-  for (const char* origin : {"--from", "--by"}) {
-    elements.excludes(command.get_option(origin));
-    lesson.excludes(command.get_option(origin));
+                                    "Write a lesson's pictures, plots and numbers");
+  for (const char* other : {"--output", "--error", "--elements", "--bounces", "--from", "--by"}) {
+    lesson.excludes(command.get_option(other));
   }
-  add_option(command, "--threads", "N", options.threads, number(1, 1024),
-             "Threads at most (default: one per processor)");
   add_exposure_option(command, options.outputs);
 }
 
-size_t half_of_the_memory() {
-  return size_t(::sysconf(_SC_PHYS_PAGES)) * size_t(::sysconf(_SC_PAGESIZE)) / 2;
-}
-
-struct Clock {
-  std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
-  std::clock_t cpu_begin = std::clock();
-
-  double wall_seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  }
-  double cpu_seconds() const { return double(std::clock() - cpu_begin) / CLOCKS_PER_SEC; }
-};
-
-Image to_image(const Scene& scene, const radiosity::Picture& picture, const Options& options,
-               const Clock& clock) {
-  Image image{scene.camera.width, scene.camera.height, {"R", "G", "B"}, picture.rgb, {}};
-  image.provenance = {.renderer = "plumbline",
-                      .version = PLUMB_VERSION,
-                      .scene = scene.name,
-                      .scene_hash = scene.hash,
-                      .scene_notes = fmt::format("{}", fmt::join(scene.notes, "\n")),
-                      .method = options.is_constant ? "constant radiosity" : "radiosity",
-                      .precision = "double",
-                      .bounces = to_string(scene.request.bounces),
-                      .light = light_origin_words(options.scene),
-                      .settings = fmt::format("elements={}", picture.elements),
-                      .wall_seconds = clock.wall_seconds(),
-                      .cpu_seconds = clock.cpu_seconds(),
-                      .host = host(options.threads)};
-  if (std::isfinite(picture.error)) {
-    image.provenance.relative_error = picture.error;
-    image.provenance.image_floor = picture.image_floor;
-    image.provenance.region_floor = picture.block_floor;
-  }
-  return image;
-}
-
-std::string summary(const Scene& scene, const radiosity::Picture& picture, const Clock& clock) {
-  std::string error = "error unknown";
-  if (std::isfinite(picture.error)) {
-    error = fmt::format(
-        "from one with fewer it differs by {:.2g} % (the mean {:.2g} %, the worst "
-        "block {:.2g} %)",
-        100.0 * picture.error, 100.0 * picture.image_floor, 100.0 * picture.block_floor);
-  }
-  return fmt::format("{}, {}x{}: {} elements with {} links in {:.2f} s, {}", scene.name,
-                     scene.camera.width, scene.camera.height, picture.elements, picture.links,
-                     clock.wall_seconds(), error);
+RadiosityDrawing draw_with_progress(const Scene& scene, const Options& options) {
+  ProgressLine line;
+  return draw(scene, options,
+              {[&](const std::string& phase) { line.show(phase); }, &stop_requested});
 }
 
 int draw_picture(const Scene& scene, const Options& options) {
-  const std::optional<LightOrigin> origin = light_origin_of(scene, options.scene);
-  const Clock clock;
-  radiosity::Picture picture;
-  {
-    ProgressLine line;
-    const radiosity::Work work{[&](const std::string& phase) { line.show(phase); },
-                               &stop_requested};
-    const auto draw = options.is_constant ? radiosity::teaching::draw_patches : radiosity::draw;
-    picture = draw(scene,
-                   {.bounces = scene.request.bounces,
-                    .origin = origin ? &*origin : nullptr,
-                    .error = options.error,
-                    .most_bytes = half_of_the_memory()},
-                   work);
-  }
+  const RadiosityDrawing drawing = draw_with_progress(scene, options);
   const int interrupted_by = stop_signal;
-  if (picture.level >= 0) {
-    fmt::print("{}\n", summary(scene, picture, clock));
-    write(to_image(scene, picture, options, clock), options.outputs);
+  if (drawing.image) {
+    fmt::print("{}\n", drawing.summary);
+    write(*drawing.image, options.outputs);
   }
-  if (picture.why_ended.empty()) return 0;
-  fmt::print(stderr, "plumb: {}\n", picture.why_ended);
+  if (drawing.why_ended.empty()) return 0;
+  fmt::print(stderr, "plumb: {}\n", drawing.why_ended);
   return interrupted_by == 0 ? 2 : 128 + interrupted_by;
 }
 
 int write_lesson(const Scene& scene, const Options& options) {
+  const int threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
   try {
     ProgressLine line;
     const radiosity::Work work{[&](const std::string& phase) { line.show(phase); },
@@ -168,8 +79,6 @@ int run(const Options& options) {
   }
   check(options.outputs);
   const Scene scene = load_scene(options.scene);
-  const int threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
   listen_for_interrupts();
   return is_lesson ? write_lesson(scene, options) : draw_picture(scene, options);
 }

@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "cli/commands.h"
 #include "cli/film_image.h"
@@ -19,160 +13,58 @@
 #include "cli/names.h"
 #include "cli/outputs.h"
 #include "cli/progress_line.h"
+#include "cli/rendering.h"
 #include "cli/scene_options.h"
-#include "light_origins/trace_selected.h"
-#include "renderer/render.h"
 
 namespace plumb::cli {
 namespace {
 
-struct Options {
-  SceneOptions scene;
+struct Options : RenderOptions {
   Outputs outputs;
-  Settings settings{.seed = 1, .bounces = {}};
-  Limits limits;
-  std::optional<int64_t> spp;
-  std::optional<SampleRange> samples;
   std::optional<RegionKind> mask;
-  Fault fault = Fault::none;
-  std::optional<Method> method;
-  std::optional<Sampler> sampler;
-  std::optional<Precision> precision;
 };
 
 void add_options(CLI::App& command, Options& options) {
-  Settings& settings = options.settings;
-  Limits& limits = options.limits;
   add_scene_option(command, options.scene);
   add_output_option(command, options.outputs);
-  add_option(command, "--spp", "N", options.spp, number<int64_t>(1, largest_sample),
-             "Samples per pixel (default: the scene's, else 64, if\n"
-             "there is no other limit)");
-  add_option(command, "--time", "SECONDS", limits.seconds, number(1e-3, 1e9), "Time of rendering");
-  add_option(command, "--error", "E", limits.relative_error, parse_fraction,
-             "Relative error, as 0.01 or 1%: root of the mean of\n"
-             "variance / (mean^2 + 0.01) over pixels. Other samples\n"
-             "tell how many it takes, so that none is chosen for it");
-  add_option(command, "--samples", "A:B", options.samples, parse_samples,
-             "Samples A <= s < B of every pixel, for 'plumb merge'");
-  add_option(command, "--method", "M", options.method, one_of(method_words),
-             "How paths find lamps: bsdf (by chance), nee (lamps are\n"
-             "sampled) or mis (both, weighted; default, unless every\n"
-             "path meets lamps by chance); or plain,\n"
-             "the same by slow, simple code in double precision");
-  add_option(command, "--sampler", "S", options.sampler, one_of(sampler_words),
-             "sobol (Owen-scrambled; default) or independent");
-  add_option(command, "--precision", "P", options.precision, one_of(precision_words),
-             "Arithmetic: float or double (default: float, unless the\n"
-             "scene needs double)");
-  add_size_and_bounces(command, options.scene);
-  add_light_origin(command, options.scene);
-  add_option(command, "--seed", "N", settings.seed, number<uint32_t>(0, 0x7fffffff),
-             "Another seed gives other noise (default: 1; stored\n"
-             "references have 0)");
-  add_option(command, "--threads", "N", settings.threads, number(1, 1024),
-             "Threads at most (default: one per processor)");
+  add_render_options(command, options);
   add_option(command, "--aov", "KIND", options.mask, one_of(region_words),
              "No picture but a mask for 'plumb compare --regions':\n"
              "object (a colour for each shape), side (for each\n"
              "shape's front, left, ...) or shadow (for what is\n"
              "lit, in penumbra, in umbra)");
   add_exposure_option(command, options.outputs);
-  add_option(command, "--fault", "NAME", options.fault, parse_fault,
-             "Plant one of 'plumb faults', to see whether it is found\n"
-             "(those of the integrator: float only)");
 }
 
-Limits limits_of(const Options& options, const Scene& scene) {
-  Limits limits = options.limits;
-  const bool has_other_limit = std::isfinite(limits.seconds) || limits.relative_error > 0.0;
-  if (options.samples && (options.spp || has_other_limit)) {
-    throw std::invalid_argument("--samples excludes --spp, --time and --error");
-  }
-  const int64_t asked = scene.request.samples_per_pixel;
-  const int64_t usual = has_other_limit ? largest_sample : asked > 0 ? asked : 64;
-  limits.samples = options.samples.value_or(SampleRange{0, options.spp.value_or(usual)});
-  return limits;
-}
-
-void complete(Options& options, const Scene& scene) {
-  Settings& settings = options.settings;
-  const bool has_fault = options.fault != Fault::none;
-  settings.bounces = scene.request.bounces;
-  settings.method = options.method ? *options.method
-                    : has_fault    ? Method::mis
-                                   : fitting_method(scene);
-  const bool is_plain = settings.method == Method::plain;
-  settings.sampler = options.sampler.value_or(is_plain ? Sampler::independent : Sampler::sobol);
-  settings.precision = options.precision ? *options.precision
-                       : is_plain        ? Precision::float64
-                       : has_fault       ? Precision::float32
-                                         : fitting_precision(scene);
-}
-
-std::string rate(const Cost& cost, int64_t count) {
-  return fmt::format("{:.1f} M", static_cast<double>(count) / 1e6 / cost.wall_seconds);
-}
-
-std::string error_text(double relative_error) {
-  if (!std::isfinite(relative_error)) return "relative error unknown";
-  return fmt::format("relative error {:.2f} %", 100.0 * relative_error);
-}
-
-Cost render_with_progress(const Scene& scene, const Options& options, const Limits& limits,
-                          Film& film) {
+Rendering draw_with_progress(const Scene& scene, const Options& options) {
   ProgressLine line;
   line.show("first pass");
-  const auto show = [&](const Progress& progress) {
-    const auto left = std::chrono::seconds(std::lround(std::min(359999.0, progress.seconds_left)));
-    line.show(fmt::format("{} spp, {}samples/s, {}, {:%T} left", progress.samples_per_pixel,
-                          rate(progress.cost, progress.cost.samples),
-                          error_text(progress.relative_error), left));
-  };
-  return render(scene, options.settings, limits, film, show, &stop_requested);
+  return draw(
+      scene, options, [&](const Progress& progress) { line.show(to_text(progress)); },
+      stop_requested);
 }
 
-int run(Options options) {
+int run(const Options& options) {
   check(options.outputs);
-  Scene scene = load_scene(options.scene);
-  const Limits limits = limits_of(options, scene);
+  const Scene scene = load_scene(options.scene);
   if (options.mask) {
     write(to_image(region_mask(scene, *options.mask), scene.camera), options.outputs);
     return 0;
   }
-  complete(options, scene);
-  const std::optional<LightOrigin> origin = light_origin_of(scene, options.scene);
-  plant(options.fault, scene, options.settings);
-  if (origin && (options.settings.tracer != nullptr || options.settings.method == Method::plain)) {
-    throw std::invalid_argument(
-        "--from and --by exclude faults of the integrator and method plain");
-  }
-  if (origin) select_light(*origin, options.settings);
-  Film film(scene.camera.width, scene.camera.height);
   listen_for_interrupts();
-  const Cost cost = render_with_progress(scene, options, limits, film);
+  const Rendering rendering = draw_with_progress(scene, options);
   const int interrupted_by = stop_signal;
-  const std::string unfinished = why_unfinished(cost);
+  const std::string unfinished = why_unfinished(rendering.cost);
   if (!unfinished.empty()) fmt::print(stderr, "plumb: {}\n", unfinished);
-  if (film.samples_per_pixel() == 0) {
-    fmt::print(stderr, "plumb: no pass was finished in {:.1f} s: there is no picture to save\n",
-               cost.wall_seconds);
+  if (!rendering.image) {
+    fmt::print(stderr, "plumb: {}\n", why_no_picture(rendering));
     return interrupted_by == 0 ? 2 : 128 + interrupted_by;
   }
-
-  const int64_t first = limits.samples.first;
-  Image image = to_image(spoil(options.fault, film, scene), options.samples.has_value());
-  image.provenance =
-      describe(scene, options.settings, {first, first + film.samples_per_pixel()}, film, cost);
-  image.provenance.light = light_origin_words(options.scene);
-  if (options.fault != Fault::none) image.provenance.fault = fault_name(options.fault);
-  fmt::print("{}, {}x{}: {} spp in {:.2f} s ({}samples/s, {}rays/s), {}\n", scene.name,
-             film.width(), film.height(), film.samples_per_pixel(), cost.wall_seconds,
-             rate(cost, cost.samples), rate(cost, cost.rays), error_text(film.relative_error()));
-  write(image, options.outputs);
+  fmt::print("{}\n", summary(scene, rendering));
+  write(*rendering.image, options.outputs);
   if (interrupted_by == 0) return 0;
   fmt::print(stderr, "plumb: interrupted, the picture has {} samples per pixel\n",
-             film.samples_per_pixel());
+             rendering.samples_per_pixel);
   return 128 + interrupted_by;
 }
 

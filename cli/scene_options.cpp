@@ -11,7 +11,6 @@
 
 #include "cli/commands.h"
 #include "cli/names.h"
-#include "images/printable.h"
 #include "scene_files/method.h"
 #include "scene_files/precision.h"
 #include "scene_files/scene_reader.h"
@@ -64,28 +63,29 @@ std::filesystem::path scene_folder() {
   return fs::is_directory(here, error) || !fs::is_directory(installed, error) ? here : installed;
 }
 
-Scene load_scene(const SceneOptions& options) {
-  Scene scene = read_scene(options.file);
+void adjust(Scene& scene, const SceneOptions& options) {
   if (options.size) std::tie(scene.camera.width, scene.camera.height) = *options.size;
   if (options.bounces) scene.request.bounces = *options.bounces;
-  for (const std::string& note : scene.notes) fmt::print(stderr, "plumb: {}\n", printable(note));
-  if (!scene.has_lamps()) {
-    fmt::print(stderr, "plumb: warning: {}: no lamp, the picture will be black\n", options.file);
-  }
+}
+
+Scene load_scene(const SceneOptions& options) {
+  Scene scene = read_scene(options.file);
+  adjust(scene, options);
+  for (const std::string& note : scene.notes) say(note);
+  if (!scene.has_lamps()) say("warning: " + options.file + ": no lamp, the picture will be black");
   return scene;
 }
 
 Method fitting_method(const Scene& scene) {
   if (!scene.request.bounces.is_everything() || !chance_suffices(scene)) return Method::mis;
-  fmt::print(stderr, "plumb: lamps are left to chance (bsdf), by which every path meets them\n");
+  say("lamps are left to chance (bsdf), by which every path meets them");
   return Method::bsdf;
 }
 
 Precision fitting_precision(const Scene& scene) {
   const std::string need = needs_double(scene);
   if (need.empty()) return Precision::float32;
-  fmt::print(stderr, "plumb: in double precision, because float is too coarse for {}\n",
-             printable(need));
+  say("in double precision, because float is too coarse for " + need);
   return Precision::float64;
 }
 

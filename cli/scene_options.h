@@ -3,18 +3,28 @@
 // What commands that take a scene have in common.
 #pragma once
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
+
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "images/printable.h"
 #include "renderer/settings.h"
 #include "scene/light_origin.h"
 #include "scene/scene.h"
 
 namespace plumb::cli {
+
+// Tells the user, in a line, what was taken or chosen how; on standard error, unless another
+// program that this is a part of has other ears.
+inline std::function<void(const std::string& line)> say = [](const std::string& line) {
+  fmt::print(stderr, "plumb: {}\n", printable(line));
+};
 
 struct SceneOptions {
   std::string file;
@@ -32,8 +42,11 @@ void add_light_origin(CLI::App& command, SceneOptions& options);      // --from,
 // moved to.
 std::filesystem::path scene_folder();
 
-// The scene with the size and the bounces that were asked for, these in scene.request. Says on
-// standard error what of the file was taken how. Throws SceneError.
+// Gives the scene the size and the bounces that were asked for, these in scene.request.
+void adjust(Scene& scene, const SceneOptions& options);
+
+// The scene with the size and the bounces that were asked for. Says what of the file was taken how.
+// Throws SceneError.
 Scene load_scene(const SceneOptions& options);
 
 // What --from and --by ask for, and the same as words for the provenance; nothing if neither is
@@ -41,10 +54,10 @@ Scene load_scene(const SceneOptions& options);
 std::optional<LightOrigin> light_origin_of(const Scene& scene, const SceneOptions& options);
 std::optional<std::string> light_origin_words(const SceneOptions& options);
 
-// `mis`, or `bsdf` if chance suffices: then it says so on standard error.
+// `mis`, or `bsdf` if chance suffices: then it says so.
 Method fitting_method(const Scene& scene);
 
-// Float, or double if the scene needs it: then it says so on standard error, and why.
+// Float, or double if the scene needs it: then it says so, and why.
 Precision fitting_precision(const Scene& scene);
 
 }  // namespace plumb::cli

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "cli/names.h"
+#include "cli/scene_options.h"
 #include "compare/shared_samples.h"
 #include "images/printable.h"
 
@@ -67,7 +68,7 @@ bool add_pictures(Study& study, const StudyOptions& options) {
     try {
       add_file(study, picture, options);
     } catch (const std::exception& error) {
-      fmt::print(stderr, "plumb: {}: {}; left out\n", picture, error.what());
+      say(fmt::format("{}: {}; left out", picture, error.what()));
       is_complete = false;
     }
   }

@@ -24,7 +24,7 @@ void add_study_options(CLI::App& command, StudyOptions& options);
 // than the reference, which the options don't allow.
 void add_picture(Study& study, Picture picture, const Label& label, const StudyOptions& options);
 
-// Adds all pictures. Says on stderr which can't be used and why; returns whether all could.
+// Adds all pictures. Says which can't be used and why; returns whether all could.
 bool add_pictures(Study& study, const StudyOptions& options);
 
 // Prints the exhibit and writes its files.

@@ -18,7 +18,7 @@ std::optional<CardFloors> floors_of_card(const std::filesystem::path& picture) {
   try {
     const auto card = nlohmann::json::parse(stream);
     for (const auto& entry : card.at("pictures")) {
-      if (entry.at("file") != picture.filename().string()) continue;
+      if (entry.at("file") != picture.filename().string() || !entry.contains("floor")) continue;
       const double whole = entry.at("floor").at("wholePercent");
       double worst = whole;
       for (const double floor : entry.at("floor").at("regionsPercent")) {

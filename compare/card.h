@@ -16,7 +16,7 @@ struct CardFloors {
 };
 
 // Reads them from the card.json in the picture's folder; nothing if there is no such file or if it
-// does not list the picture. Throws std::runtime_error if the file is not a card.
+// lists no floor of the picture. Throws std::runtime_error if the file is not a card.
 std::optional<CardFloors> floors_of_card(const std::filesystem::path& picture);
 
 }  // namespace plumb

@@ -246,21 +246,27 @@ Picture to_picture(const std::string& side, Image image, std::optional<int> repl
   return {.side = side, .image = std::move(image), .degrees_of_freedom = degrees_of_freedom};
 }
 
-Picture read_picture(const std::string& side, const Names& files, const std::string& part,
-                     Integers integers) {
-  Picture picture = to_picture(side, read_parts(files.front(), part, integers));
-  note_noise_of_samples(picture.image);
-  if (files.size() == 1) return picture;
-  picture.degrees_of_freedom = static_cast<double>(files.size()) - 1.0;
+Picture mean_of(const std::string& side, size_t count, const std::function<Image(size_t)>& image) {
+  Picture picture = to_picture(side, image(0));
+  if (count == 1) return picture;
+  picture.degrees_of_freedom = static_cast<double>(count) - 1.0;
   std::vector<Replicates<float>> all(picture.image.values.size());
   join(all, picture.image, picture);
-  for (size_t i = 1; i < files.size(); ++i)
-    join(all, read_parts(files[i], part, integers), picture);
+  for (size_t i = 1; i < count; ++i) join(all, image(i), picture);
   for (size_t i = 0; i < all.size(); ++i) {
     picture.image.values[i] = all[i].mean;
     picture.file_variances.push_back(all[i].variance());
   }
   return picture;
+}
+
+Picture read_picture(const std::string& side, const Names& files, const std::string& part,
+                     Integers integers) {
+  return mean_of(side, files.size(), [&](size_t i) {
+    Image image = read_parts(files[i], part, integers);
+    if (i == 0) note_noise_of_samples(image);
+    return image;
+  });
 }
 
 bool tells_noise(const std::string& channel) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -66,14 +67,18 @@ constexpr double enough_samples = 16;
 // the image's metadata may tell; else two are assumed. There are no more replicates than samples.
 Picture to_picture(const std::string& side, Image image, std::optional<int> replicates = {});
 
+// The mean of so many images, which are renders of the same scene with different seeds and equally
+// many samples; their scatter is its noise. `image` makes them one after the other. Throws
+// ImageError if they differ in size or channels.
+Picture mean_of(const std::string& side, size_t count, const std::function<Image(size_t)>& image);
+
 // Parts of one file that have no common frame.
 class FramesError : public ImageError {
  public:
   using ImageError::ImageError;
 };
 
-// Reads a picture. Several files are renders of the same scene with different seeds and equally
-// many samples: the picture is their mean, and their scatter is its noise. `part` is the same as in
+// Reads a picture; of several files it is mean_of() them. `part` is the same as in
 // read_image(); if it is empty, the channels of all parts are read, those of further parts by names
 // such as "depth.Z", with the part's name or, without one, its number. Throws FramesError if these
 // have other frames than the first, and ImageError.

@@ -21,10 +21,9 @@ import time
 from dataclasses import dataclass, field, replace
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / folder) for folder in ("images", "other_renderers", "report")]
+sys.path[:0] = [str(ROOT / folder) for folder in ("images", "other_renderers", "")]
 import exr  # noqa: E402
-import page  # noqa: E402
-import sections  # noqa: E402
+from report import page, sections  # noqa: E402
 from table import other_renderers  # noqa: E402
 
 SCENES = ROOT / "reference_scenes"

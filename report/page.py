@@ -11,7 +11,7 @@ import re
 import struct
 import zlib
 
-import sections
+from . import sections
 
 HERE = pathlib.Path(__file__).resolve().parent
 LARGEST_HALF = 65504.0

@@ -13,9 +13,8 @@ import unittest
 import zlib
 
 sys.dont_write_bytecode = True  # nothing but sources in report/
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "report"))
-import page  # noqa: E402
-import sections  # noqa: E402
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from report import page, sections  # noqa: E402
 
 try:
     from selenium import webdriver

@@ -13,9 +13,9 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent
 sys.dont_write_bytecode = True  # nothing but sources in the folders
-sys.path[:0] = [str(ROOT / "images"), str(ROOT / "report")]
+sys.path[:0] = [str(ROOT / "images"), str(ROOT)]
 import exr  # noqa: E402
-import page  # noqa: E402
+from report import page  # noqa: E402
 
 SCENES = ("seed", "cornell", "spheres")
 PROGRAMS = {"plumbline": "the converged picture", "cycles": "Blender Cycles", "povray": "POV-Ray"}
