@@ -354,6 +354,7 @@ void leave_out_overscan(Picture& test, Picture& reference) {
   if (frame(test.image) == frame(reference.image)) return;
   for (Picture* picture : {&test, &reference}) {
     const Window& display = picture->image.display;
+    if (display.width == 0) continue;  // was not read: there is none
     if (display.width == picture->image.width && display.height == picture->image.height) continue;
     reframe(*picture, display);
     picture->image.notes.emplace_back(

@@ -102,7 +102,7 @@ def test_a_verdict_shows_itself(draw):
     verdict = plumbline.compare(draw(64, seed=1), draw(64, seed=2), flip="ldr")
     shown = verdict._repr_html_()
     assert shown.count("data:image/png;base64,") == 4 and verdict.verdict in shown
-    assert verdict.map("flip").width == 64
+    assert verdict.map("flip").width >= 64
     assert verdict.errors.R.rel_mse > 0
     with pytest.raises(plumbline.ArgumentError, match="is not one of difference, z, blocks, flip"):
         verdict.map("heat")
@@ -112,4 +112,4 @@ def test_a_map_of_any_kind_is_a_picture_with_a_scale(draw):
     verdict = plumbline.compare(draw(64, seed=1), draw(64, seed=2))
     for kind in "difference", "z", "blocks":
         drawn = verdict.map(kind)
-        assert drawn.radiance.shape[1] == 64 and "scale" in drawn.provenance
+        assert drawn.width >= 64 and "scale" in drawn.provenance

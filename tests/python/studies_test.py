@@ -15,8 +15,8 @@ def test_convergence_of_a_scene_and_of_pictures(cornell, draw):
     assert "plumbline mis independent" in str(plumbline.converge(pictures, reference=reference))
 
 
-def test_a_planted_fault_is_diagnosed(draw):
-    faulty = draw(64, fault="emitter-cosine", seed=7)
+def test_a_planted_fault_is_diagnosed(cornell):
+    faulty = plumbline.render(cornell, spp=256, size=(16, 16), fault="emitter-cosine", seed=7)
     found = plumbline.diagnose(faulty, plumbline.SCENES / "cornell" / "scene.xml")
     assert found.verdict == "different"
     assert found.suspects[0].name.startswith("`emitter-cosine`")
