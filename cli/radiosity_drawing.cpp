@@ -111,7 +111,8 @@ RadiosityDrawing draw(const Scene& scene, const RadiosityOptions& options,
                                            .error = options.error,
                                            .most_bytes = half_of_the_memory()},
                                           work);
-  RadiosityDrawing drawing{.why_ended = picture.why_ended};
+  RadiosityDrawing drawing;
+  drawing.why_ended = picture.why_ended;
   if (picture.level < 0) return drawing;
   drawing.summary = summary(scene, picture, clock);
   drawing.image = to_image(scene, picture, options, clock);

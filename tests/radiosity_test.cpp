@@ -218,7 +218,7 @@ TEST(Energy, IsKeptInClosedRooms) {
     }
     const Faces faces(scene_of(shapes));
     const Elements elements(faces, enough);
-    const Solution solution(elements, Resolution::level(0), {}, enough, quiet);
+    const Solution solution(elements, Resolution::level(0), {}, nullptr, enough, quiet);
     Eye eye(faces);
     for (size_t face = 0; face < faces.list().size(); ++face) {
       const auto& corners = faces[face].outline.corners;
