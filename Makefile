@@ -210,9 +210,12 @@ package: configure
 	cmake --build build --parallel $(jobs) --target plumb
 	cd build && cpack -B $(CURDIR)/out/packages
 	rm -rf out/packages/_CPack_Packages
-	version=$$(sed -n 's/^project(plumbline VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt) && \
-	git archive --prefix=plumbline-$$version/ -o out/packages/plumbline_$$version.tar.gz HEAD || \
-	  echo "This is no clone: there is no archive of the sources"
+	@if ! git rev-parse --verify --quiet HEAD >/dev/null 2>&1; then \
+	  echo "This is no clone: there is no archive of the sources"; \
+	else \
+	  version=$$(sed -n 's/^project(plumbline VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt); \
+	  git archive --prefix=plumbline-$$version/ -o out/packages/plumbline_$$version.tar.gz HEAD; \
+	fi
 
 core: page-deps
 	LLVM=$(llvm) cmake -S web -B build-web $(if \

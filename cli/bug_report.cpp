@@ -62,7 +62,7 @@ std::string bug_report() {
   add("libraries", libraries());
   add("scenes", scene_folder().string());
   for (const OtherRenderer& renderer : other_renderers()) {
-    add(renderer.word, version_of(renderer).value_or("not found"));
+    add(renderer.word, installed_version(renderer).value_or("not found"));
   }
   return text;
 }

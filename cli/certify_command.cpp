@@ -170,7 +170,7 @@ std::vector<Pace> measure_others(const Options& options, const Question& cornell
   };
   for (const OtherRenderer& other : other_renderers()) {
     const bool is_wanted = !options.quick && other.word != options.renderer.word;
-    if (!is_wanted || !is_installed(other)) continue;
+    if (!is_wanted || !installed_version(other)) continue;
     try {
       add(try_renderer(other, cornell.scene, cornell.file, seconds, watcher));
     } catch (const std::runtime_error& error) {

@@ -6,6 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -35,9 +37,11 @@ struct Options {
 [[noreturn]] void print_list_and_exit() {
   auto list = nlohmann::json::array();
   for (const OtherRenderer& renderer : other_renderers()) {
+    const std::optional<std::string> version = installed_version(renderer);
     list.push_back({{"word", renderer.word},
                     {"name", renderer.name},
-                    {"isInstalled", is_installed(renderer)},
+                    {"isInstalled", version.has_value()},
+                    {"version", version.value_or("")},
                     {"hasSamples", renderer.has_samples}});
   }
   fmt::print("{}\n", list.dump(1));

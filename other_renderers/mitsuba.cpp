@@ -24,7 +24,7 @@ OtherRenderer mitsuba() {
   return {.word = "mitsuba",
           .name = "Mitsuba",
           .software = "Mitsuba",
-          .probe = {"python3", "-c", "import mitsuba; print('Mitsuba', mitsuba.__version__)"},
+          .probe = {"python3", "-c", "import mitsuba; print(mitsuba.__version__)"},
           .how_to_install = "python3 is not installed, which Mitsuba needs",
           .script_name = "plumbline_mitsuba.py",
           .script = plumbline_mitsuba_py,

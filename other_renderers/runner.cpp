@@ -158,20 +158,25 @@ Json read_report(const OtherRenderer& renderer, const fs::path& log) {
   return report;
 }
 
-// The mean of pictures, and from two on the variance of that mean. `values` are those of R G B.
-Image mean_of(const std::vector<Replicates<double>>& values, const Camera& camera) {
-  Image image{camera.width, camera.height, {"R", "G", "B"}, {}, {}};
-  const bool knows_variance = values[0].count > 1;
-  if (knows_variance) {
-    image.channels.insert(image.channels.end(), {"variance.R", "variance.G", "variance.B"});
+// The line of its probe that begins with its software's name, else the first; nothing if it can't
+// be run.
+std::optional<std::string> said_by(const OtherRenderer& renderer) {
+  const Folder folder;
+  const fs::path log = folder.path / "log";
+  const std::atomic<bool> never{false};
+  try {
+    const auto show = [](const std::string&) {};
+    if (run_program(renderer.probe, folder.path, log, show, never, 60.0) != 0) return {};
+  } catch (const std::system_error&) {
+    return {};
   }
-  for (size_t i = 0; i < values.size(); i += 3) {
-    for (size_t c = i; c < i + 3; ++c) image.values.push_back(float(values[c].mean));
-    for (size_t c = i; c < i + 3 && knows_variance; ++c) {
-      image.values.push_back(float(values[c].variance()));
-    }
+  std::ifstream stream(log);
+  std::string first;
+  std::getline(stream, first);
+  for (std::string line = first; stream; std::getline(stream, line)) {
+    if (line.starts_with(renderer.software)) return line;
   }
-  return image;
+  return first;
 }
 
 // Draws the scene seed by seed.
@@ -185,7 +190,7 @@ struct Session {
   fs::path file = {};  // that the renderer reads
   std::vector<Replicates<double>> values{size_t(scene.camera.width) * size_t(scene.camera.height) *
                                          3};
-  const std::string version = renderer.must_report ? "" : version_of(renderer).value_or("");
+  const std::string version = renderer.must_report ? "" : said_by(renderer).value_or("");
   Json runs = Json::array();
   Reference reference = {};
 
@@ -196,7 +201,7 @@ struct Session {
     }
     fs::remove(log);
     if (reference.seeds == 0) return {};
-    reference.image = mean_of(values, scene.camera);
+    reference.image = mean_of(values, scene.camera.width, scene.camera.height);
     reference.samples_per_pixel = reference.seeds * settings.samples_per_pixel;
     reference.runs = runs.dump();
     return reference;
@@ -298,23 +303,23 @@ Reference render_reference(const OtherRenderer& renderer, const Scene& scene,
   return Session{renderer, scene, complete(renderer, settings), log, watcher}.draw(scene_file);
 }
 
-std::optional<std::string> version_of(const OtherRenderer& renderer) {
-  const Folder folder;
-  const fs::path log = folder.path / "log";
-  const std::atomic<bool> never{false};
-  try {
-    const auto show = [](const std::string&) {};
-    if (run_program(renderer.probe, folder.path, log, show, never, 60.0) != 0) return std::nullopt;
-  } catch (const std::system_error&) {
-    return std::nullopt;
+Image mean_of(const std::vector<Replicates<double>>& values, int width, int height) {
+  Image image{width, height, {"R", "G", "B"}, {}, {}};
+  const bool knows_variance = values[0].count > 1;
+  if (knows_variance) {
+    image.channels.insert(image.channels.end(), {"variance.R", "variance.G", "variance.B"});
   }
-  std::ifstream stream(log);
-  std::string first;
-  std::getline(stream, first);
-  for (std::string line = first; stream; std::getline(stream, line)) {
-    if (line.starts_with(renderer.software)) return line;
+  for (size_t i = 0; i < values.size(); i += 3) {
+    for (size_t c = i; c < i + 3; ++c) image.values.push_back(float(values[c].mean));
+    for (size_t c = i; c < i + 3 && knows_variance; ++c) {
+      image.values.push_back(float(values[c].variance()));
+    }
   }
-  return first;
+  return image;
+}
+
+std::optional<std::string> installed_version(const OtherRenderer& renderer) {
+  return said_by(renderer);
 }
 
 }  // namespace plumb

@@ -8,8 +8,10 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "images/image.h"
+#include "images/replicates.h"
 #include "other_renderers/other_renderer.h"
 
 namespace plumb {
@@ -41,10 +43,12 @@ Reference render_reference(const OtherRenderer& renderer, const Scene& scene,
                            const ReferenceSettings& settings, const std::filesystem::path& log,
                            const Watcher& watcher);
 
-// What its probe prints: the line that begins with its software's name, else the first, which may
-// be empty; none where it isn't installed. Takes up to a second.
-std::optional<std::string> version_of(const OtherRenderer& renderer);
+// The mean of pictures, and from two on the variance of that mean. `values` are those of R G B,
+// pixel by pixel.
+Image mean_of(const std::vector<Replicates<double>>& values, int width, int height);
 
-inline bool is_installed(const OtherRenderer& renderer) { return version_of(renderer).has_value(); }
+// What it says of itself in its first line; nothing if it can't be run. Asks its probe, which takes
+// up to a second.
+std::optional<std::string> installed_version(const OtherRenderer& renderer);
 
 }  // namespace plumb
