@@ -56,7 +56,7 @@ def pytest_configure_node(node: Any) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
-    if _FINDINGS not in config.stash:
+    if _FINDINGS not in config.stash or hasattr(config, "workerinput"):
         return
     from .pytest_page import write
     file = config.getoption("--pictures-report")

@@ -4,6 +4,7 @@
 
 import json
 import re
+import textwrap
 
 import pytest
 
@@ -20,7 +21,7 @@ TESTS = """
 @pytest.fixture
 def run(pytester):
     def run(tests, *arguments):
-        pytester.makepyfile(TESTS + tests)
+        pytester.makepyfile(textwrap.dedent(TESTS) + textwrap.dedent(tests))
         return pytester.runpytest_subprocess("-p", "no:cacheprovider", *arguments)
     return run
 
@@ -42,7 +43,7 @@ def test_a_reference_is_missing_then_made_then_held_against(run, pytester):
 
 
 def test_what_is_different_fails_and_its_companion_passes(run):
-    run('def test_it(pictures):\n        pictures.check(render(256, 1), "cornell")', "--pictures-update")
+    run('def test_it(pictures):\n    pictures.check(render(256, 1), "cornell")', "--pictures-update")
     result = run("""
     def test_brighter(pictures):
         picture = render(256, 2)
@@ -61,7 +62,7 @@ def test_what_is_different_fails_and_its_companion_passes(run):
 
 
 def test_an_update_leaves_what_is_the_same(run, pytester):
-    test = 'def test_it(pictures):\n        pictures.check(render({spp}, {seed}){more}, "box", tolerance="5%")'
+    test = 'def test_it(pictures):\n    pictures.check(render({spp}, {seed}){more}, "box", tolerance="5%")'
     file = pytester.path / "references" / "box.exr"
     run(test.format(spp=256, seed=1, more=""), "--pictures-update")
     first = file.read_bytes()
@@ -72,7 +73,7 @@ def test_an_update_leaves_what_is_the_same(run, pytester):
 
 
 def test_a_function_is_called_until_the_verdict_is_sure(run):
-    run('def test_it(pictures):\n        pictures.check(render, "box", budget=4096)',
+    run('def test_it(pictures):\n    pictures.check(render, "box", budget=4096)',
         "--pictures-update").assert_outcomes(passed=1)
     run("""
     def test_more_samples(pictures):
@@ -99,7 +100,7 @@ def test_a_function_is_called_until_the_verdict_is_sure(run):
 
 
 def test_regions_lie_beside_the_references(run, pytester):
-    run('def test_it(pictures):\n        pictures.check(render(64, 1), "box")', "--pictures-update")
+    run('def test_it(pictures):\n    pictures.check(render(64, 1), "box")', "--pictures-update")
     result = run("""
     def test_it(pictures):
         import numpy as np
