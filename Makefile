@@ -149,7 +149,7 @@ python-test: build
 	  echo "The package for Python is not tested: PyPI can't be had here"
 	test ! -x build/venv/bin/mypy || { \
 	  build/venv/bin/pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps \
-	    -Cbuild-dir=build -Ccmake.define.BUILD_TESTING=ON . && \
+	    --config-settings=build-dir=build --config-settings=cmake.define.BUILD_TESTING=ON . && \
 	  build/venv/bin/pytest --quiet -p no:cacheprovider -n $(jobs) tests/python; }
 
 lint: programs += $(linters)

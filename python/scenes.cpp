@@ -7,6 +7,8 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <fmt/format.h>
+
 #include <array>
 #include <optional>
 #include <stdexcept>
@@ -56,7 +58,11 @@ void bind_shapes(nb::module_& module) {
       .def_prop_ro("alpha", [](const Shape& s) { return s.bsdf.alpha; })
       .def_prop_ro("two_sided", [](const Shape& s) { return s.bsdf.two_sided; })
       .def_prop_ro("radiance", [](const Shape& s) { return triple(s.radiance); })
-      .def_prop_ro("is_lamp", &Shape::is_lamp);
+      .def_prop_ro("is_lamp", &Shape::is_lamp)
+      .def("__repr__", [](const Shape& s) {
+        return fmt::format("<plumbline.Shape {}: {}{}>", s.id, bsdf_names[size_t(s.bsdf.kind)],
+                           s.is_lamp() ? ", a lamp" : "");
+      });
   nb::class_<Camera>(module, "Camera")
       .def_prop_ro("origin", [](const Camera& c) { return triple(c.origin); })
       .def_prop_ro("forward", [](const Camera& c) { return triple(c.forward); })
@@ -66,12 +72,16 @@ void bind_shapes(nb::module_& module) {
       .def_prop_ro("fov_axis",
                    [](const Camera& c) { return Camera::fov_axis_names[size_t(c.fov_axis)]; })
       .def_ro("width", &Camera::width)
-      .def_ro("height", &Camera::height);
+      .def_ro("height", &Camera::height)
+      .def("__repr__", [](const Camera& c) {
+        return fmt::format("<plumbline.Camera {}x{} at {} {} {}, fov {} of {}>", c.width, c.height,
+                           c.origin.x, c.origin.y, c.origin.z, c.fov_degrees,
+                           Camera::fov_axis_names[size_t(c.fov_axis)]);
+      });
 }
 
 Scene load(const std::string& file) {
-  const Scene scene = cli::load_scene({.file = file, .size = {}, .bounces = {}});
-  return scene;
+  return cli::load_scene({.file = file, .size = {}, .bounces = {}});
 }
 
 // The scene with the size that the words ask for, and with the bounces.
@@ -82,14 +92,14 @@ Scene adjusted(const Scene& scene, const Options& options) {
   return own;
 }
 
-using Mask = nb::ndarray<nb::numpy, const int, nb::ndim<2>>;
+using Labels = nb::ndarray<nb::numpy, const int, nb::ndim<2>>;
 
-nb::object mask(const Scene& scene, const std::string& kind) {
+// The names of the regions, and their numbers for each pixel.
+std::pair<Words, Labels> mask(const Scene& scene, const std::string& kind) {
   auto* found = new RegionMask(region_mask(scene, one_of(region_words)(kind)));
   const nb::capsule owner(found, [](void* p) noexcept { delete static_cast<RegionMask*>(p); });
-  const Mask labels(found->regions.data(),
-                    {size_t(scene.camera.height), size_t(scene.camera.width)}, owner);
-  return nb::make_tuple(found->names, labels);
+  return {found->names, Labels(found->regions.data(),
+                               {size_t(scene.camera.height), size_t(scene.camera.width)}, owner)};
 }
 
 Picture mask_picture(const Scene& scene, const std::string& kind) {

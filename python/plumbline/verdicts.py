@@ -83,7 +83,7 @@ class Channels(Mapping[str, Of]):
     """What was found, by channel: found["R"] or found.R; "all" is the mean of the colours."""
 
     def __init__(self, of: dict[str, Of]) -> None:
-        self._of = of
+        self._of: dict[str, Of] = of
 
     def __getitem__(self, channel: str) -> Of:
         return self._of[channel]
