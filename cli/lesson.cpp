@@ -39,8 +39,6 @@ struct Tile {
   std::vector<float> rgb;
 };
 
-PlotPoint point(double x, double y) { return {x, y, y, y}; }
-
 ordered_json to_json(const Rgb& value) { return {value.x, value.y, value.z}; }
 
 // What one row gives to other patches than the other one does.
@@ -84,14 +82,14 @@ class Lesson {
 
   void write_strip(const std::string& name, const std::vector<Tile>& tiles, size_t columns,
                    double exposure) const;
-  void write_plot(const std::string& name, const std::string& title, const std::string& x,
-                  std::vector<Curve> curves) const {
-    plumb::write_plot({title, x, "error", std::move(curves), {}}, folder_ / (name + ".svg"));
-  }
   void write_numbers(const std::string& part, ordered_json numbers) {
     numbers_[part] = std::move(numbers);
     write_file(folder_ / "lesson.json", numbers_.dump(1) + "\n");
   }
+  // And plots columns of them, which have these titles, against another one.
+  void write_plot(const std::string& part, ordered_json rows, const std::string& title,
+                  const std::pair<std::string, std::string>& x,
+                  const std::vector<std::pair<std::string, std::string>>& columns);
   Tile tile(std::vector<float> rgb) const {
     return {scene_.camera.width, scene_.camera.height, std::move(rgb)};
   }
@@ -144,6 +142,21 @@ void Lesson::write_strip(const std::string& name, const std::vector<Tile>& tiles
     }
   }
   write_image(image, folder_ / (name + ".png"), exposure);
+}
+
+void Lesson::write_plot(const std::string& part, ordered_json rows, const std::string& title,
+                        const std::pair<std::string, std::string>& x,
+                        const std::vector<std::pair<std::string, std::string>>& columns) {
+  std::vector<Curve> curves;
+  for (const auto& [column, name] : columns) {
+    curves.push_back({name, {}, {}});
+    for (const auto& row : rows) {
+      const double y = row[column];
+      curves.back().points.push_back({row[x.first], y, y, y});
+    }
+  }
+  plumb::write_plot({title, x.second, "error", curves, {}}, folder_ / (part + ".svg"));
+  write_numbers(part, std::move(rows));
 }
 
 // Above the middle of the picture.
@@ -244,7 +257,6 @@ void Lesson::show_hemicubes() {
   }
   write_strip("hemicube", {unfolded}, 1, exposure_);
 
-  Curve cells{"hemicube", {}, {}}, middle{"exact, but from the patch's middle", {}, {}};
   ordered_json rows = ordered_json::array();
   for (int resolution = 8; resolution <= 256; resolution *= 2) {
     double error = 0.0, of_middle = 0.0;
@@ -258,13 +270,11 @@ void Lesson::show_hemicubes() {
       error += misplaced(found, exact) / judges;
       of_middle += misplaced({row.begin(), row.end()}, exact) / judges;
     }
-    cells.points.push_back(point(resolution, error));
-    middle.points.push_back(point(resolution, of_middle));
     rows.push_back({{"resolution", resolution}, {"error", error}, {"middle", of_middle}});
   }
-  write_plot("hemicubes", "Light that a hemicube sends to wrong patches", "cells along an edge",
-             {cells, middle});
-  write_numbers("hemicubes", rows);
+  write_plot("hemicubes", rows, "Light that a hemicube sends to wrong patches",
+             {"resolution", "cells along an edge"},
+             {{"error", "hemicube"}, {"middle", "exact, but from the patch's middle"}});
 }
 
 void Lesson::show_bounces() {
@@ -297,7 +307,6 @@ void Lesson::show_bounces() {
 
 void Lesson::show_shooting() {
   std::vector<Tile> plain, ambient;
-  Curve without{"what was sent", {}, {}}, with{"and the ambient term", {}, {}};
   ordered_json rows = ordered_json::array();
   Shooting shooting(exchange_);
   size_t shown = 1, next = 1;
@@ -313,44 +322,35 @@ void Lesson::show_shooting() {
     }
     if (shot < next && !is_shown) continue;
     next = std::max(shot + 1, shot * 5 / 4);
-    const double error = exchange_.error(shooting.light(), exact_);
-    const double guessed = exchange_.error(shooting.with_ambient(), exact_);
-    without.points.push_back(point(double(shot), error));
-    with.points.push_back(point(double(shot), guessed));
     rows.push_back({{"shots", shot},
-                    {"error", error},
-                    {"with_ambient", guessed},
+                    {"error", exchange_.error(shooting.light(), exact_)},
+                    {"with_ambient", exchange_.error(shooting.with_ambient(), exact_)},
                     {"unshot", shooting.unshot_power() / emitted}});
   }
   plain.insert(plain.end(), ambient.begin(), ambient.end());
   write_strip("shooting", plain, plain.size() / 2, exposure_);
-  write_plot("shooting", "Progressive refinement", "shots", {without, with});
-  write_numbers("shooting", rows);
+  write_plot("shooting", rows, "Progressive refinement", {"shots", "shots"},
+             {{"error", "what was sent"}, {"with_ambient", "and the ambient term"}});
 }
 
 void Lesson::show_sweeps() {
   constexpr int most = 30;
   Light gathered = exchange_.emission, in_place = gathered;
   Shooting shooting(exchange_);
-  Curve jacobi{"gathering (Jacobi)", {}, {}}, seidel{"gathering in place (Gauss-Seidel)", {}, {}},
-      shots{"shooting, as many shots as patches", {}, {}};
   ordered_json rows = ordered_json::array();
   for (int sweep = 1; sweep <= most; ++sweep) {
     exchange_.jacobi(gathered);
     exchange_.gauss_seidel(in_place);
     for (size_t i = 0; i < patches_.size(); ++i) shooting.shoot();
-    const double errors[] = {exchange_.error(gathered, exact_), exchange_.error(in_place, exact_),
-                             exchange_.error(shooting.light(), exact_)};
-    jacobi.points.push_back(point(sweep, errors[0]));
-    seidel.points.push_back(point(sweep, errors[1]));
-    shots.points.push_back(point(sweep, errors[2]));
     rows.push_back({{"sweeps", sweep},
-                    {"jacobi", errors[0]},
-                    {"gauss_seidel", errors[1]},
-                    {"shooting", errors[2]}});
+                    {"jacobi", exchange_.error(gathered, exact_)},
+                    {"gauss_seidel", exchange_.error(in_place, exact_)},
+                    {"shooting", exchange_.error(shooting.light(), exact_)}});
   }
-  write_plot("sweeps", "Gathering and shooting", "sweeps", {jacobi, seidel, shots});
-  write_numbers("sweeps", rows);
+  write_plot("sweeps", rows, "Gathering and shooting", {"sweeps", "sweeps"},
+             {{"jacobi", "gathering (Jacobi)"},
+              {"gauss_seidel", "gathering in place (Gauss-Seidel)"},
+              {"shooting", "shooting, as many shots as patches"}});
 }
 
 // Looks closer at where two pictures differ most.
@@ -464,17 +464,14 @@ void Lesson::show_meshes() {
               {tile(film_.wire(exact_)), tile(film_.flat(exact_)), tile(film_.smooth(exact_))}, 3,
               exposure_);
   const std::vector<Sight> sights = this->sights();
-  Curve flat{"flat", {}, {}}, smooth{"interpolated", {}, {}};
   std::vector<Tile> wires, pictures;
   ordered_json rows = ordered_json::array();
   for (const size_t count : {125, 250, 500, 1000, 2000}) {
     const Patches patches = mesh(count, true);
     const Exchange exchange(patches, form_factors(patches, work_), work_);
     const Light light = exchange.light();
-    const auto [of_flat, of_smooth] = errors(patches, light, sights);
-    flat.points.push_back(point(double(patches.size()), of_flat));
-    smooth.points.push_back(point(double(patches.size()), of_smooth));
-    rows.push_back({{"patches", patches.size()}, {"flat", of_flat}, {"interpolated", of_smooth}});
+    const auto [flat, smooth] = errors(patches, light, sights);
+    rows.push_back({{"patches", patches.size()}, {"flat", flat}, {"interpolated", smooth}});
     if (count != 125 && count != 500 && count != 2000) continue;
     const Film film(patches, scene_.camera, work_);
     wires.push_back(tile(film.wire(light)));
@@ -482,8 +479,8 @@ void Lesson::show_meshes() {
   }
   wires.insert(wires.end(), pictures.begin(), pictures.end());
   write_strip("refinement", wires, wires.size() / 2, exposure_);
-  write_plot("meshes", "Patches against linear elements", "patches", {flat, smooth});
-  write_numbers("meshes", rows);
+  write_plot("meshes", rows, "Patches against linear elements", {"patches", "patches"},
+             {{"flat", "flat"}, {"interpolated", "interpolated"}});
 }
 
 }  // namespace

@@ -30,8 +30,8 @@ Rgb mean_by_area(const std::vector<double>& areas, const Light& light) {
 
 }  // namespace
 
-Exchange::Exchange(const Patches& patches, FormFactors raw, const Work& on)
-    : factors(std::move(raw)), areas(patches.areas()), work(on) {
+Exchange::Exchange(const Patches& patches, FormFactors raw, const Work& progress)
+    : factors(std::move(raw)), areas(patches.areas()), work(progress) {
   make_reciprocal(factors, areas, work);
   for (const Element& patch : patches.list()) {
     reflectance.push_back(patches.faces()[patch.face].reflectance);

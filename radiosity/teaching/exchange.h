@@ -20,14 +20,14 @@ struct Exchange {
   Light reflectance, emission;
   const Work& work;
 
-  Exchange(const Patches& patches, FormFactors raw, const Work& work);
+  Exchange(const Patches& patches, FormFactors raw, const Work& progress);
 
   size_t size() const { return areas.size(); }
 
   // What becomes of light after one bounce: rho F times it.
   Light reflect(const Light& light) const;
 
-  // Light of so many bounces, added up; all of them by default: bounce by bounce, as it is seen.
+  // Light of so many bounces, added up bounce by bounce; the solution by default.
   Light light(const BounceRange& bounces = {}) const;
 
   // New values by Jacobi's rule, from old ones alone; or by Gauss's and Seidel's, from those that
@@ -35,15 +35,15 @@ struct Exchange {
   void jacobi(Light& light) const;
   void gauss_seidel(Light& light) const;
 
-  // By how much light, which is power if it is weighted with areas: the sum over channels.
+  // Radiance times area, over patches and channels: the light that leaves all patches, up to pi.
   double power(const Light& light) const;
   // The root of the mean of the squared difference, by area, over the mean of what `exact` has
   // beside emission.
   double error(const Light& light, const Light& exact) const;
 
-  // By how much a bounce makes light weaker in the long run, by power iteration.
+  // What a bounce leaves of light in the long run, by power iteration.
   Rgb spectral_radius() const;
-  // No larger than this, by the largest reflectance of all.
+  // It is no larger than the largest reflectance.
   Rgb bound() const;
 };
 

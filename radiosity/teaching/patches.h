@@ -44,7 +44,7 @@ class Patches {
   std::vector<Rgb> mean_at_vertices(const std::vector<Rgb>& values) const;
   // What each corner's value counts at a point of a patch, where values change linearly along the
   // edges: mean value coordinates (Floater, "Mean value coordinates", CAGD 2003).
-  std::array<double, 4> weights(size_t patch, const Vec3& point) const;
+  std::array<double, 4> weights(size_t i, const Vec3& at) const;
   // Whether an edge of the patch has another one's corner between its ends: a T-vertex.
   std::vector<bool> has_t_vertex() const;
 
