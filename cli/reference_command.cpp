@@ -113,12 +113,16 @@ int run(Options options) {
   const std::string note = options.renderer.drawn_otherwise(scene);
   if (!note.empty()) fmt::print(stderr, "plumb: {}\n", note);
   listen_for_interrupts();
-  Reference reference = [&] {
+  Reference reference;
+  try {
     ProgressLine line;
     const Watcher watcher{[&](const std::string& text) { line.show(text); }, stop_requested};
-    return render_reference(options.renderer, scene, options.scene.file, options.settings,
-                            options.output + ".log", watcher);
-  }();
+    reference = render_reference(options.renderer, scene, options.scene.file, options.settings,
+                                 options.output + ".log", watcher);
+  } catch (const std::invalid_argument& refusal) {
+    fmt::print(stderr, "plumb: {}\n", refusal.what());
+    return 3;
+  }
   if (reference.seeds == 0) {
     fmt::print(stderr, "plumb: interrupted before the first picture was finished\n");
     return 128 + stop_signal;
@@ -147,7 +151,8 @@ void add_reference(CLI::App& app, int& exit_code) {
 
 Ctrl-C writes the mean of the seeds that are finished. If the program fails,
 what it printed is kept in FILE.log. {} takes neither --spp nor --seeds.
-Exit codes: 0 done, 2 trouble, 130 interrupted.)",
+Exit codes: 0 done, 2 trouble, 3 the program can't draw that,
+130 interrupted.)",
                              without_samples));
   command.callback([=, &exit_code] { exit_code = run(*options); });
 }

@@ -316,6 +316,12 @@ TEST_F(CliTest, MergedPartsEqualTheWhole) {
   EXPECT_EQ(merged.provenance.rays.value(), whole.provenance.rays.value());
   EXPECT_EQ(merged.channels, whole.channels);
   EXPECT_EQ(merged.values, whole.values);
+
+  EXPECT_EQ(plumb("merge 0:3.exr 3:50.exr --last -o last.exr").exit_code, 0);
+  const Image last = read_image(folder / "last.exr");
+  const Image at_once = render("scene.xml --spp 50");
+  EXPECT_EQ(last.channels, at_once.channels);
+  EXPECT_EQ(last.values, at_once.values);
 }
 
 TEST_F(CliTest, MergeRefusesWhatDoesNotBelongTogether) {
