@@ -7,30 +7,30 @@
 
 'make' has every installed program render every scene at its best, compares all pairs and writes
 reference_scenes/<scene>/*.exr, card.json and the tables of docs/agreement.md. It takes an hour on
-two cores; with scenes it renders these alone. 'check' compares what the installed programs draw today with what is stored; exit code 1
+two cores, and goes on where it was stopped; with scenes it renders these alone. 'check' compares what the installed programs draw today with what is stored; exit code 1
 says that it differs. 'tables' renders nothing and makes the tables of what is there.
 """
 
+import hashlib
 import itertools
 import json
+import os
 import pathlib
 import subprocess
 import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "images"), str(ROOT / "other_renderers")]
+sys.path[:0] = [str(ROOT / "images"), str(ROOT / "other_renderers"), str(ROOT / "python" / "plumbline")]
+import study_command  # noqa: E402
 from exr import provenance  # noqa: E402
+from study_command import STORED  # noqa: E402
 from table import other_renderers  # noqa: E402
 
 OUT = ROOT / "out" / "references"
 DOCUMENT = ROOT / "docs" / "agreement.md"
-SCENES = ["cornell", "seed", "spheres", "metals", "goral", "shadows", "furnace", "veach"]
-THOROUGH = {"cornell": 16384, "seed": 65536}  # those that tests and plots stand on, and samples
-SAMPLES = 4096  # of the others
-SEEDS, THOROUGH_SEEDS = 6, 16  # of other programs, with 256 samples each
-# Those that everybody can install.
-STORED = ["plumbline", "cycles", "povray"]
+PLAN = json.loads((ROOT / "reference_scenes" / "references.json").read_text(encoding="utf-8"))
+SCENES = list(PLAN)
 
 # In per cent, for the whole and for the worst region (of objects, but of what the whole lamp shines
 # on for direct light). Pictures without samples have no noise, but bias.
@@ -121,39 +121,9 @@ def render_masks(scene):
                   "-o", OUT / scene / f"{kind}{size}.png")
 
 
-def render_all(scene):
-    file = scene_file(scene)
-    (OUT / scene).mkdir(parents=True, exist_ok=True)
-    plumb("render", file, "--spp", THOROUGH.get(scene, SAMPLES), "--seed", 0,
-          "-o", picture(scene, "plumbline"))
-    for other in OTHERS:
-        # Those of a picture, which some programs hold in memory at once.
-        seeds = THOROUGH_SEEDS if scene in THOROUGH else SEEDS
-        samples = ["--spp", 256, "--seeds", seeds, "--seed", 1] if other["hasSamples"] else []
-        plumb("reference", file, "--with", other["word"], "--quality", best(scene), *samples,
-              "-o", picture(scene, other["word"]))
-
-
-def render_by_bounces(scene):
-    file = scene_file(scene)
-    for title, bounces in BOUNCES.items():
-        more = ["--size", "128x128"] if title == "one bounce" else []
-        plumb("render", file, "--bounces", bounces, "--spp", THOROUGH[scene], *more,
-              "-o", picture(scene, f"plumbline{suffix(title)}"))
-        for other in stored_renderers():
-            plumb("reference", file, "--with", other["word"], "--quality", quality(other, scene),
-                  "--bounces", bounces, *more,
-                  "-o", picture(scene, f"{other['word']}{suffix(title)}"))
-
-
-def best(scene):
-    """Of pictures without noise."""
-    return "best" if scene in THOROUGH else "good"
-
-
 def quality(other, scene):
     """Good is enough where noise is known, and allowed for."""
-    return "good" if other["hasSamples"] else best(scene)
+    return "good" if other["hasSamples"] else PLAN[scene]["quality"]
 
 
 def is_noiseless(name):
@@ -303,12 +273,14 @@ def tabulate():
 
 
 def make(scenes):
-    for scene in scenes:
-        print(scene, flush=True)
-        render_all(scene)
-    if "cornell" in scenes:
-        render_by_bounces("cornell")
+    """Returns 2 if a picture could not be made."""
+    # Code that changes has no other version.
+    build = hashlib.sha256(pathlib.Path(PLUMB).read_bytes()).hexdigest()[:12]
+    wanted = [word for scene in scenes for word in ("--scene", scene)]
+    code = study_command.main(["study", "references", "--folder", str(ROOT / "reference_scenes"),
+                               "--output", str(OUT), "--store", str(ROOT / "out" / "study" / build), *wanted])
     tabulate()
+    return code
 
 
 def check():
@@ -348,5 +320,6 @@ if __name__ == "__main__":
     _, job, PLUMB, *wanted = [*sys.argv, "", ""][:max(3, len(sys.argv))]
     if job not in ("make", "tables", "check") or not PLUMB or set(wanted) - set(SCENES):
         sys.exit(__doc__)
+    os.environ["PLUMB"] = str(pathlib.Path(PLUMB).resolve())
     OTHERS = other_renderers(PLUMB)
     sys.exit({"make": lambda: make(wanted or SCENES), "tables": tabulate, "check": check}[job]())
