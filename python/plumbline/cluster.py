@@ -110,7 +110,7 @@ def bundle(file):
         if path.suffix in (".xml", ".toml"):
             for word in re.findall(r"[^\s\"'<>{}=,;]{1,200}", found[path].decode(errors="replace")):
                 # An oracle like another scene is named without its .xml; {here}/... is beside the file.
-                places = [path.parent / (word.lstrip("/") + end) for end in ("", ".xml")]
+                places = [path.parent / (word.lstrip("/").rstrip(".") + end) for end in ("", ".xml")]
                 left += [place.resolve() for place in places if place.is_file()]
     # A scene may be called after its folder.
     root = pathlib.Path(os.path.commonpath([path.parent for path in found])).parent
@@ -207,7 +207,7 @@ def perform(key, words, files, needs, program, version, store, token, stop=None)
         code, out, err = (3, "", f"refused: {refused}\n") if refused else call([plumb, *words], folder, stop)
         if code is None:
             return {"stopped": True}
-        if program and re.search(r"is not (installed|there)|No module named", out + err):
+        if program and re.search(r"is not (installed|there)|No module named|FileNotFoundError", out + err):
             return lacks(program, worker)
         seconds = time.perf_counter() - begin
         log = f"plumb {' '.join(words)}\n{worker}, {seconds:.2f} s, exit code {code}\n{err}{out}"

@@ -97,6 +97,7 @@ def tasks_of(options):
 
 def present(study, wanted, options):
     """Copies what was found to where it is expected, and prints what was said."""
+    said = {}  # the head of a table once
     for place, task in wanted.items():
         if not study.has(task):
             continue
@@ -105,11 +106,12 @@ def present(study, wanted, options):
                 place.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(study.file(task), place)
             continue
-        print(study.file(task, "out.txt").read_text(encoding="utf-8"))
+        said |= dict.fromkeys(study.file(task, "out.txt").read_text(encoding="utf-8").splitlines())
         for file in study.file(task, "").iterdir():
             if file.suffix != ".txt":
                 options.output.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(file, options.output / f"{place}{file.suffix}")
+    print(*said, sep="\n", end="\n" if said else "")
 
 
 def parse(arguments):

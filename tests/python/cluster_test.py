@@ -3,7 +3,6 @@
 """What may be relied on about studies: the same bits however a render is cut, nothing is done twice, and
 whatever is lost is made up for. Run by pytest; $PLUMB is the command."""
 
-import importlib.machinery
 import os
 import pathlib
 import random
@@ -13,7 +12,6 @@ import socket
 import subprocess
 import sys
 import time
-import types
 
 import pytest
 
@@ -22,13 +20,11 @@ sys.path.insert(0, str(ROOT / "images"))
 import exr  # noqa: E402
 
 try:
-    import plumbline  # noqa: F401
-except ImportError:  # the package without its compiled part
-    package = types.ModuleType("plumbline")
-    package.__path__ = [str(ROOT / "python" / "plumbline")]
-    package.__spec__ = importlib.machinery.ModuleSpec("plumbline", None, is_package=True)
-    sys.modules["plumbline"] = package
-from plumbline import cluster  # noqa: E402
+    from plumbline import cluster, study_command
+except ImportError:  # from a clone, without the compiled part
+    sys.path.append(str(ROOT / "python" / "plumbline"))
+    import cluster
+    import study_command
 
 if not cluster.find_plumb():
     pytest.skip("there is no command plumb: neither in $PLUMB nor on the PATH", allow_module_level=True)
@@ -81,10 +77,7 @@ def test_a_render_has_the_same_bits_however_it_is_cut(study, tmp_path, samples):
 
 
 def test_a_key_says_all_that_a_result_depends_on(tmp_path):
-    scene = tmp_path / "box" / "scene.xml"
-    scene.parent.mkdir()
-    for file in CORNELL.parent.glob("*.[xo][mb][lj]"):
-        (scene.parent / file.name).write_bytes(file.read_bytes())
+    scene = box(tmp_path)
     keys = {cluster.render(scene, *arguments).key
             for arguments in [(64,), (65,), (64, ("--seed", "2")), (64, (), 32), (64, ("--bounces", "0:1"))]}
     assert len(keys) == 5
@@ -119,13 +112,9 @@ def test_a_failure_is_tried_again_logged_and_costs_nothing_else(study):
 def test_an_interrupt_loses_nothing_that_is_finished(study, tmp_path):
     # In a process of its own, which Ctrl-C ends.
     program = tmp_path / "study.py"
-    program.write_text(f"import sys\nsys.path[:0] = {sys.path!r}\nimport types\n"
-                       f"sys.modules['plumbline'] = types.ModuleType('plumbline')\n"
-                       f"sys.modules['plumbline'].__path__ = {list(sys.modules['plumbline'].__path__)!r}\n"
-                       f"import importlib.machinery\nsys.modules['plumbline'].__spec__ = "
-                       f"importlib.machinery.ModuleSpec('plumbline', None)\n"
-                       f"from plumbline import cluster\ncluster.Study({str(study.store)!r}).run("
-                       f"[cluster.render({str(CORNELL)!r}, 2**20, ('--size', '64x64'), 64)], slots=2)\n")
+    program.write_text(f"import sys\nsys.path = {[str(pathlib.Path(cluster.__file__).parent), *sys.path]!r}\n"
+                       f"import cluster\ncluster.Study({str(study.store)!r}).run([cluster.render("
+                       f"{str(CORNELL)!r}, 2**20, ('--size', '64x64'), 64)], slots=2)\n")
     with subprocess.Popen([sys.executable, program], stderr=subprocess.PIPE) as process:
         while len(state(study)) < 9:
             assert process.poll() is None
@@ -166,6 +155,36 @@ def test_where_no_program_is_that_is_said_and_the_rest_goes_on(study, tmp_path, 
     assert study.run([other, ours]) == [other]
     assert study.has(ours)
     assert f"has no {description}" in capsys.readouterr().err
+
+
+def box(folder):
+    """A folder of scenes that has the Cornell box alone."""
+    (folder / "box").mkdir(parents=True)
+    for file in [CORNELL, *CORNELL.parent.glob("*.obj")]:
+        (folder / "box" / file.name).write_bytes(file.read_bytes())
+    return folder / "box" / "scene.xml"
+
+
+def test_references_are_put_where_they_belong(study, tmp_path, monkeypatch, capsys):
+    scene = box(tmp_path / "scenes")
+    scene.write_text(scene.read_text().replace('"256"', '"16"'))
+    (tmp_path / "scenes" / "references.json").write_text('{"box": {"spp": 9, "seeds": 2, "quality": "good"}}')
+    monkeypatch.setattr(cluster, "programs", dict)
+    command = ["study", "references", "--folder", str(tmp_path / "scenes"), "--store", str(study.store)]
+    assert study_command.main(command) == 0
+    assert picture(scene.with_name("plumbline.exr")) == drawn_at_once(
+        tmp_path, "render", scene, "--spp", 9, "--seed", 0)
+    assert study_command.main(command) == 0
+    assert "nothing to do" in capsys.readouterr().err
+
+
+def test_tables_of_many_tasks_have_one_head(study, tmp_path, capsys):
+    scenes = [str(ROOT / "reference_scenes" / "stress" / f"{name}.xml") for name in ("slit", "edge_pixel")]
+    assert study_command.main(["study", "stress", "--time", "0.01", "--store", str(study.store),
+                               *(word for scene in scenes for word in ("--scene", scene))]) == 0
+    table = capsys.readouterr().out
+    assert table.count("| scene |") == 1
+    assert table.count("| slit |") == table.count("| edge_pixel |") == 7
 
 
 class Cluster:
