@@ -135,7 +135,7 @@ def render(scene, spp, words=(), samples_per_task=None):
     label = f"render-{pathlib.Path(name).parent.name}"
 
     def part(*range_words):
-        return Task(label, ("render", name, *words, *range_words, "--threads", "1", "-o", f"result/{PICTURE}"),
+        return Task(label, ("render", name, *words, *range_words, "-o", f"result/{PICTURE}"),
                     files)
 
     if spp <= each:
@@ -165,16 +165,12 @@ def reference(scene, program, words=(), seeds=None):
     name, files = bundle(scene)
     label = f"{pathlib.Path(program).stem}-{pathlib.Path(name).parent.name}"
     given, files = with_program(program, files)
-    words = ("reference", name, "--with", given, *map(str, words), "--threads", "1", "-o", f"result/{PICTURE}")
+    words = ("reference", name, "--with", given, *map(str, words), "-o", f"result/{PICTURE}")
     if seeds is None:
         return Task(label, words, files, program=program)
     pictures = [Task(label, (*words, "--seeds", "1", "--seed", str(seed)), files, program=program)
                 for seed in seeds]
     return pictures[0] if len(pictures) == 1 else merge(pictures)
-
-
-def lacks(what, worker):
-    return {"lacks": what, "worker": worker}
 
 
 def perform(key, words, files, needs, program, version, store, token, stop=None):
@@ -189,40 +185,51 @@ def perform(key, words, files, needs, program, version, store, token, stop=None)
         stop = lambda: getattr(dask.state.tasks.get(current), "state", "") != "executing"  # noqa: E731
         is_shared = (store / "token").is_file() and (store / "token").read_text() == token
     if needs and not is_shared:
-        return lacks("store", worker)
+        return {"lacks": "store", "worker": worker}
     plumb = find_plumb()
     if not plumb or subprocess.run([plumb, "--version"], capture_output=True, text=True).stdout.strip() != version:
-        return lacks("plumb", worker)
-    begin = time.perf_counter()
+        return {"lacks": "plumb", "worker": worker}
     with tempfile.TemporaryDirectory(dir=store / "unfinished" if is_shared else None) as folder:
         folder = pathlib.Path(folder)
+        result = folder / "result"
+        result.mkdir()
         for name, data in files.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(data)
         for need in needs:
             (folder / need).symlink_to(store / need)
-        result = folder / "result"
-        result.mkdir()
-        refused = [need for need in needs if not (folder / need / "picture.exr").exists()]
-        code, out, err = (3, "", f"refused: {refused}\n") if refused else call([plumb, *words], folder, stop)
-        if code is None:
-            return {"stopped": True}
-        if program and re.search(r"is not (installed|there)|No module named|FileNotFoundError", out + err):
-            return lacks(program, worker)
-        seconds = time.perf_counter() - begin
-        log = f"plumb {' '.join(words)}\n{worker}, {seconds:.2f} s, exit code {code}\n{err}{out}"
-        # Wrong, or that a program can't, is an answer, too.
-        if code not in {"stress": (0, 1), "certify": (0, 1, 3), "reference": (0, 3), "merge": (0, 3)}.get(words[0], (0,)):
-            return {"failed": log}
-        (result / "out.txt").write_text(out)
-        (result / "log.txt").write_text(log)
+        # The bits do not depend on it, and results are not told apart by it.
+        threads = ("--threads", os.environ.get("PLUMB_THREADS", "1")) if words[0] in ("render", "reference") else ()
+        outcome = carry_out([plumb, *words, *threads], folder, needs, program, stop)
+        if "seconds" not in outcome:
+            return {**outcome, "worker": worker}
         if is_shared:
             publish(result, store / key)
-            return {"seconds": seconds}
-        return {"seconds": seconds, "worker": worker, "files": {path.name: path.read_bytes() for path in result.iterdir()}}
+        else:
+            outcome["files"] = {path.name: path.read_bytes() for path in result.iterdir()}
+        return {**outcome, "worker": worker}
 
 
-def call(command, folder, stop):
+def carry_out(command, folder, needs, program, stop):
+    begin = time.perf_counter()
+    refused = [need for need in needs if not (folder / need / "picture.exr").exists()]
+    code, out, err = (3, "", f"not drawn: {refused}\n") if refused else call(command, folder, stop, program)
+    if code is None:
+        return {"stopped": True}
+    if program and re.search(r"is not (installed|there)|No module named|FileNotFoundError", out + err):
+        return {"lacks": program}
+    seconds = time.perf_counter() - begin
+    log = f"plumb {' '.join(command[1:])}\n{socket.gethostname()}, {seconds:.2f} s, exit code {code}\n{err}{out}"
+    # Wrong, or that a program can't, is an answer, too.
+    answers = {"stress": (0, 1), "certify": (0, 1, 3), "reference": (0, 3), "merge": (0, 3)}
+    if code not in answers.get(command[1], (0,)):
+        return {"failed": log}
+    (folder / "result" / "out.txt").write_text(out)
+    (folder / "result" / "log.txt").write_text(log)
+    return {"seconds": seconds}
+
+
+def call(command, folder, stop, program):
     """(exit code, output, errors); the code is None if it was stopped."""
     with subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, text=True) as process:
@@ -232,7 +239,8 @@ def call(command, folder, stop):
                 return process.returncode, out, err
             except subprocess.TimeoutExpired:
                 if stop():
-                    process.terminate()  # which it hands on to programs of its own
+                    # It hands SIGTERM on; alone, it need not save what nobody asks for.
+                    process.terminate() if program else process.kill()
                     process.communicate()
                     return None, "", ""
 
