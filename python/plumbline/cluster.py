@@ -55,13 +55,13 @@ class Task:
     words: tuple[str, ...]
     files: dict[str, bytes] = dataclasses.field(default_factory=dict, repr=False)
     needs: tuple["Task", ...] = ()
-    program: str = ""  # the other program that it takes
+    program: str = ""  # the other program that it takes, or several with spaces between
     is_timed: bool = False  # measures time, and takes all cores
 
     @functools.cached_property
     def key(self):
         files = {name: hashlib.sha256(data).hexdigest() for name, data in self.files.items()}
-        depends = [plumb_version(), program_version(self.program), self.words, files,
+        depends = [plumb_version(), [program_version(word) for word in self.program.split()], self.words, files,
                    [need.key for need in self.needs]]
         return hashlib.sha256(json.dumps(depends, sort_keys=True).encode()).hexdigest()[:40]
 
@@ -96,7 +96,7 @@ def programs():
 
 def program_version(word):
     """Empty where only workers have the program, or its description is all that is known of it."""
-    return programs().get(word, {}).get("version", "") if word and not word.endswith(".toml") else ""
+    return programs().get(word, {}).get("version", "") if not word.endswith(".toml") else ""
 
 
 def bundle(file):
@@ -135,8 +135,7 @@ def render(scene, spp, words=(), samples_per_task=None):
     label = f"render-{pathlib.Path(name).parent.name}"
 
     def part(*range_words):
-        return Task(label, ("render", name, *words, *range_words, "-o", f"result/{PICTURE}"),
-                    files)
+        return Task(label, ("render", name, *words, *range_words, "-o", f"result/{PICTURE}"), files)
 
     if spp <= each:
         return part("--spp", str(spp))
@@ -446,7 +445,7 @@ class _Run:
             return
         self.shown, elapsed = now, now - self.begin
         done = [second for seconds in self.seconds.values() for second in seconds]
-        text = f"{len(done)} of {self.total} tasks in {elapsed:.0f} s"
+        text = f"{len(done)} of {self.total} tasks in {elapsed:.0f} s" + (f" by {len(self.workers)} workers" if self.client else "")
         if done and self.todo:
             usual = statistics.mean(done)
             means = {label: statistics.mean(seconds) for label, seconds in self.seconds.items()}

@@ -59,13 +59,14 @@ def convergence(options):
 
 
 def stress(options):
-    files = options.scene or sorted((options.folder / "stress").glob("*.xml"))
-    for file in files:
-        name, bundled = cluster.bundle(file)
+    for file in options.scene or sorted((options.folder / "stress").glob("*.xml")):
+        name, files = cluster.bundle(file)
         place = pathlib.PurePath(name)
-        words = ("stress", "--folder", str(place.parent), "--scene", place.stem, "--time", options.time or "10",
-                 *(word for program in options.programs for word in ("--with", program)))
-        yield cluster.Task(f"stress-{place.stem}", words, bundled, program=" ".join(options.programs), is_timed=True)
+        words = ("stress", "--folder", str(place.parent), "--scene", place.stem, "--time", options.time or "10")
+        for program in options.programs:
+            given, files = cluster.with_program(program, files)
+            words += ("--with", given)
+        yield cluster.Task(f"stress-{place.stem}", words, files, program=" ".join(options.programs), is_timed=True)
 
 
 def power(options):
