@@ -14,7 +14,7 @@ export default [
   {files: ['web/*.js', 'report/pictures.js'], rules, languageOptions: {globals: {...page, onmessage: 'writable'}}},
   // Scripts that become one, after pictures.js: what one declares, another uses.
   {
-    files: ['report/viewer.js', 'report/page.js'], rules: {...rules, 'no-unused-vars': ['error', {vars: 'local'}], 'no-undef': 'off'},
+    files: ['report/viewer.js', 'report/plots.js', 'report/page.js'], rules: {...rules, 'no-unused-vars': ['error', {vars: 'local'}], 'no-undef': 'off'},
     languageOptions: {sourceType: 'script'},
   },
   // Parts of the tests run in the page.

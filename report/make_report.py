@@ -62,6 +62,19 @@ def floor(renderer):
     return () if renderer["hasSamples"] else ("--floor", "0")
 
 
+def floor_of(renderer, scene):
+    """Why a picture without samples differs, from the card of the stored one; or nothing."""
+    card = SCENES / scene / "card.json"
+    stored = json.loads(card.read_text("utf-8"))["pictures"] if card.exists() else []
+    known = next((one.get("floor") for one in stored if one["file"] == f"{renderer['word']}.exr"), None)
+    if renderer["hasSamples"] or not known:
+        return ""
+    worst = max(known["regionsPercent"].items(), key=lambda region: region[1])
+    return (f"\n{renderer['name']} takes no samples whose number would lower its error: it has a floor. That of the stored "
+            f"picture, its best, is {known['wholePercent']:.2g} % of the whole and {worst[1]:.2g} % of {worst[0]}, by its "
+            f"card; of a lower quality it is more.")
+
+
 class Trouble(Exception):
     pass
 
@@ -146,10 +159,10 @@ class SceneReport:
                   for word, file in self.stored.items()}
         others = [renderer for renderer in self.others if renderer["word"] in stored]
         for renderer in others:
-            self.compare(here, stored[renderer["word"]], *floor(renderer))
+            self.compare(here, stored[renderer["word"]], renderer)
         for renderer in others:
             if renderer["hasSamples"] and "plumbline" in stored:
-                self.compare(stored["plumbline"], stored[renderer["word"]])
+                self.compare(stored["plumbline"], stored[renderer["word"]], renderer)
         self.show(*here, self.commands[ours])
         for title, file in stored.values():
             self.show(title, file, "make references")
@@ -181,7 +194,7 @@ class SceneReport:
         self.series += [file for runs in drawn for file in runs]
         first, *more = drawn[-1]
         here = (f"{renderer['name']}, rendered here", first)
-        self.compare(here, self.reference, *floor(renderer), *(("--replicates", *more) if more else ()))
+        self.compare(here, self.reference, renderer, *(("--replicates", *more) if more else ()))
         self.show(*here, self.commands[first])
 
     def draw_all_by(self, renderer):
@@ -212,12 +225,12 @@ class SceneReport:
 
     # -- Judgements
 
-    def compare(self, test, reference, *options):
-        """A pair of (title, file) becomes a row of the table of verdicts."""
+    def compare(self, test, reference, other, *options):
+        """A pair of (title, file), in which another program has a part, becomes a row of the table of verdicts."""
         report = self.folder / f"{test[1].stem}-{reference[1].stem}.json"
         command = self.run(f"compare {test[0]} with {reference[0]}", "compare", test[1],
                            reference[1], "--regions", self.mask, "--tolerance",
-                           TOLERANCES.get(self.name, "2%"), *options, "--json", report, accept=(0, 1, 3))
+                           TOLERANCES.get(self.name, "2%"), *floor(other), *options, "--json", report, accept=(0, 1, 3))
         found = json.loads(report.read_text("utf-8"))
 
         def row(where, entry):
@@ -226,8 +239,9 @@ class SceneReport:
                     "confidence": entry["relativeConfidence95"] or None,
                     "verdict": entry["verdict"]}
         self.verdicts.append({
-            "test": test[0], "reference": reference[0], "verdict": found["verdict"],
-            "explanation": found["explanation"], "command": command,
+            "test": test[0], "reference": reference[0], "verdict": found["verdict"], "program": other["name"],
+            "explanation": found["explanation"] + (floor_of(other, self.name) if found["verdict"] == "different" else ""),
+            "command": command,
             "rows": [row("image", entry) for entry in found["channels"]]
             + [row(entry["region"], entry) for entry in found.get("regions", [])]})
 
@@ -281,17 +295,6 @@ def summary(scenes):
     return lines
 
 
-def overview(scene):
-    """A line for the page's head."""
-    parts = []
-    for word in sections.VERDICTS:
-        found = [verdict for verdict in scene["verdicts"] if verdict["verdict"] == word]
-        programs = {side.split(",")[0] for verdict in found for side in (verdict["test"], verdict["reference"])}
-        if found:
-            parts.append(f"{len(found)} {word} ({', '.join(sorted(programs - {'Plumbline'}))})")
-    return f"{scene['title']}, comparisons: {', '.join(parts) or 'none'}"
-
-
 @dataclass
 class Stage:
     """What the page is written anew after."""
@@ -327,7 +330,8 @@ def make(program, plan, descriptions=()):
           f"After each of them {file} is written anew.", sep="\n", flush=True)
     version = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
     data = {"title": "Plumbline: speed and accuracy of renderers",
-            "version": version.stdout.split()[-1], "notes": notes}
+            "version": version.stdout.split()[-1], "notes": notes, "summary": [],
+            "programs": [other["name"] for other in others]}
 
     def write(why_not_complete):
         missing = why_not_complete.format(", ".join(stage.name for stage in coming))
@@ -340,7 +344,7 @@ def make(program, plan, descriptions=()):
                 coming[0].draw(report)
             scenes = [report.data() for report in reports]
             del coming[0]
-            data |= {"scenes": scenes, "summary": [overview(scene) for scene in scenes],
+            data |= {"scenes": scenes,
                      "host": scenes[0]["pictures"][0]["card"].get(exr.HOST, platform.machine()),
                      "made": f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d %H:%M} UTC"}
             write("Still being rendered: {}. Load this page again later.")

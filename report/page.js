@@ -175,6 +175,7 @@ function listenToPage(scenes) {
 
 async function start() {
   const scenes = JSON.parse(document.getElementById('data').textContent);
+  document.querySelectorAll('img.plot').forEach(openPlot);
   makeTabs(scenes);
   listenToPage(scenes);
   if (!('DecompressionStream' in window))

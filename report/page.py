@@ -84,10 +84,11 @@ def write_page(data, file):
         "made": html.escape(f"Plumbline {data['version']} · {data['made']} · {data['host']}"),
         "incomplete": html.escape(data["incomplete"]),
         **{name: "".join(sections.text("li", line) for line in data[name]) for name in ("summary", "notes")},
+        "front": sections.front(data["scenes"], data["programs"]) if "programs" in data else "",
         "tabs": "".join(map(sections.tab, data["scenes"])),
         "scenes": "\n".join(map(sections.section, data["scenes"])),
         "style": (HERE / "page.css").read_text("utf-8"),
-        "script": _script("pictures.js") + _script("viewer.js") + _script("page.js"),
+        "script": _script("pictures.js") + _script("viewer.js") + _script("plots.js") + _script("page.js"),
         "lessons": link_to_lessons(file),
         # A "<" in the data would let a title end the script element.
         "data": json.dumps(pictures, separators=(",", ":")).replace("<", "\\u003c"),

@@ -120,16 +120,48 @@ def verdicts(scene):
         "div", element("table", element("thead", element("tr", heads)) + rows, class_="verdicts"), class_="wide")
 
 
+def drawn(title, result):
+    # As an image of its own, because plots inlined side by side would share their ids; a script gives them others.
+    return image("data:image/svg+xml;charset=utf-8," + urllib.parse.quote(result["svg"]),
+                 f"{title}: {' '.join(result['sentences'])}", class_="plot")
+
+
 def plot(title, result):
     if not result:
         return ""
-    # As an image of its own, because plots inlined side by side would share their ids.
-    drawn = image("data:image/svg+xml;charset=utf-8," + urllib.parse.quote(result["svg"]),
-                  f"{title}: {' '.join(result['sentences'])}", class_="plot")
-    return (text("h3", title) + drawn +
+    return (text("h3", title) + drawn(title, result) +
             "".join(text("p", sentence) for sentence in result["sentences"]) +
             (folded("Table", table(result["table"]["head"], result["table"]["rows"])) if result["table"]["rows"] else "") +
             command(result["command"]))
+
+
+def overview(scenes, programs):
+    """A row for each scene, a column for each program: every comparison that it has a part in."""
+    def judged(verdict):
+        whole = next(row for row in verdict["rows"] if row["where"] == "image" and row["channel"] == "all")
+        return element("div", text("span", verdict["verdict"], class_=verdict["verdict"]) + " " +
+                       text("span", percent(whole["bias"], whole["confidence"])),
+                       title=f"{verdict['test']}, against {verdict['reference']}")
+
+    def cell(scene, program):
+        return element("td", "".join(judged(one) for one in scene["verdicts"] if one["program"] == program))
+    programs = [one for one in programs if any(one == v["program"] for scene in scenes for v in scene["verdicts"])]
+    if not programs:
+        return ""
+    head = "".join(text("th", title) for title in ("Scene", *programs))
+    rows = "".join(element("tr", element("td", text("a", scene["title"], href=f"#{scene['name']}")) +
+                           "".join(cell(scene, program) for program in programs)) for scene in scenes)
+    table_ = element("table", element("thead", element("tr", head)) + element("tbody", rows), class_="overview")
+    return "<h2>Who agrees</h2>" + text(
+        "p", "Bias of the whole picture and its 95 % confidence interval. The pictures of a line show when the pointer rests on it: "
+        "one, the stored ones, and the other program's picture of here.", class_="notes") + element("div", table_, class_="wide")
+
+
+def front(scenes, programs):
+    """What the page opens with: accuracy against speed in the first scene that has a chart, and all verdicts."""
+    first = next((scene for scene in scenes if scene["chart"]), None)
+    chart = text("h2", f"Accuracy against speed: {first['title']}") + drawn("Chart", first["chart"]) if first else ""
+    return chart + overview(scenes, programs)
 
 
 def name_of(picture):

@@ -73,7 +73,13 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
         verdicts = {(v["test"], v["reference"]): v["verdict"] for v in self.scene["verdicts"]}
         self.assertEqual(verdicts["Plumbline, stored", "Cycles, stored"], "same")
         self.assertEqual(len(self.lines), len(verdicts))
-        self.assertRegex(self.data["summary"][0], r"^Cornell box, comparisons: .*\d same \(Cycles")
+        self.assertEqual(self.data["programs"], ["Cycles", "POV-Ray", "Mitsuba"])
+        self.assertEqual({v["program"] for v in self.scene["verdicts"]}, {"Cycles", "POV-Ray"})
+
+    def test_says_of_a_picture_without_samples_that_it_has_a_floor(self):
+        for verdict in self.scene["verdicts"]:
+            says = verdict["program"] == "POV-Ray" and verdict["verdict"] == "different"
+            self.assertEqual("it has a floor" in verdict["explanation"], says)
 
     def test_plots_have_each_series(self):
         for kind in ("convergence", "chart"):

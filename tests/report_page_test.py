@@ -62,7 +62,13 @@ def picture(title, colour, marker, noise):
             "card": {"seed": 7, "runs": [{"spp": 4}]}}
 
 
-SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="60" height="40"><path id="p" d="M0 0h9"/></svg>'
+SVG = '''<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="60" height="40">
+<defs><path id="dot" d="M-2 -2h4v4h-4z"/></defs>
+<g id="gnuplot_plot_1"><title>gnuplot_plot_1</title><text>mis</text><path stroke="rgb(1,2,3)" d="M0 9h50"/>
+<use xlink:href="#dot" transform="translate(9,9)"/></g>
+<g id="gnuplot_plot_2"><title>gnuplot_plot_2</title><path stroke="rgb(1,2,3)" d="M0 12h50"/></g>
+<g id="gnuplot_plot_3"><title>gnuplot_plot_3</title><text y="30">nee</text><path stroke="rgb(9,2,3)" stroke-width="20" d="M0 30h50"/></g>
+</svg>'''
 A_COLOUR, B_COLOUR, NOISE = (0.1234, 0.0567, 0.01), (0.05, 0.1, 0.01), (0.01, 0.02)
 
 
@@ -71,7 +77,7 @@ def report():
               "table": {"head": ["series", "p"], "rows": [["mis", "1.00"]]}}
     row = {"where": "image", "channel": "all", "test": 0.1, "reference": 0.1, "bias": 0.0123,
            "confidence": math.nan, "verdict": "different"}
-    verdict = {"test": "bright", "reference": "dark", "verdict": "different", "rows": [row],
+    verdict = {"test": "bright", "reference": "dark", "verdict": "different", "program": "Other", "rows": [row],
                "explanation": "They differ.\n</script>", "command": "plumb compare"}
     first = [picture("bright", A_COLOUR, (0.9, 0, 0), NOISE[0]),
              picture("dark", B_COLOUR, (0, 0.9, 0), NOISE[1]),
@@ -80,7 +86,7 @@ def report():
     scene = {"notes": ["It is <quick>."], "verdicts": [verdict], "convergence": result, "chart": result}
     return {"title": "A <report>", "made": "today", "host": "here", "version": "1", "notes": [],
             "incomplete": "",
-            "summary": ["All is well."], "scenes": [
+            "summary": ["All is well."], "programs": ["Other", "Absent"], "scenes": [
                 {"name": "first", "title": "First scene", "pictures": first, **scene},
                 {"name": "second", "title": "Second scene", "pictures": second, "notes": [], "verdicts": [],
                  "convergence": None, "chart": None}]}
@@ -187,9 +193,33 @@ class Page(unittest.TestCase):
         text = self.find(".verdicts").text
         for expected in ("different", "+1.230 %", "They differ.\n</script>", "plumb compare"):
             self.assertIn(expected, text)
-        plots = self.driver.find_elements(By.CSS_SELECTOR, ".scene:not([hidden]) img.plot")
-        self.assertEqual([plot.get_property("naturalWidth") for plot in plots], [60, 60])
+        plots = self.driver.find_elements(By.CSS_SELECTOR, ".scene:not([hidden]) svg.plot")
+        self.assertEqual([plot.get_attribute("aria-label") for plot in plots],
+                         ["Convergence: It falls.", "Speed against accuracy: It falls."])
         self.assertFalse(self.driver.find_element(By.ID, "trouble").is_displayed())
+
+    def test_begins_with_the_chart_and_who_agrees(self):
+        front = self.driver.find_element(By.CSS_SELECTOR, ".front")
+        self.assertEqual(len(front.find_elements(By.CSS_SELECTOR, "svg.plot")), 1)
+        rows = [[cell.text for cell in row.find_elements(By.CSS_SELECTOR, "th, td")]
+                for row in front.find_elements(By.TAG_NAME, "tr")]
+        self.assertEqual(rows, [["Scene", "Other"], ["First scene", "different +1.230 %"], ["Second scene", ""]])
+        front.find_element(By.LINK_TEXT, "Second scene").click()
+        self.assertEqual(self.find("h2").text, "Second scene")
+
+    def test_plots_tell_one_series_from_the_others(self):
+        groups = self.driver.find_elements(By.CSS_SELECTOR, ".front g[data-series]")
+        titles = [group.find_element(By.TAG_NAME, "title").get_attribute("textContent") for group in groups]
+        self.assertEqual(titles, ["mis", "mis", "nee"])
+        ids = self.driver.execute_script("return [...document.querySelectorAll('svg [id]')].map(one => one.id)")
+        self.assertEqual(len(set(ids)), len(ids))
+
+        def opacities():
+            return [round(float(group.value_of_css_property("opacity")), 2) for group in groups]
+        ActionChains(self.driver).move_to_element(groups[2]).perform()
+        WebDriverWait(self.driver, 5).until(lambda _: opacities() == [0.12, 0.12, 1])
+        ActionChains(self.driver).move_to_element(self.driver.find_element(By.TAG_NAME, "h1")).perform()
+        WebDriverWait(self.driver, 5).until(lambda _: opacities() == [1, 1, 1])
 
     def test_side_by_side_and_swap(self):
         self.assert_shows(self.colour(3, 3, "a"), A_COLOUR)
@@ -279,7 +309,7 @@ class Page(unittest.TestCase):
         self.assertEqual(self.find("[name=factor]").text, "1×")
 
     def test_scenes_switch(self):
-        self.driver.find_element(By.LINK_TEXT, "Second scene").click()
+        self.driver.find_element(By.ID, "tab-second").click()
         self.assertEqual(self.find("h2").text, "Second scene")
         self.assert_shows(self.colour(3, 3), [0.5] * 3)
         self.driver.back()
@@ -293,7 +323,7 @@ class Page(unittest.TestCase):
             panel = self.driver.find_element(By.ID, tab)
             self.assertEqual(panel.get_attribute("role"), "tabpanel")
             self.assertEqual(self.driver.find_element(By.ID, panel.get_attribute("aria-labelledby")).text, scene)
-        self.driver.find_element(By.LINK_TEXT, "First scene").send_keys(Keys.ARROW_RIGHT)
+        self.driver.find_element(By.ID, "tab-first").send_keys(Keys.ARROW_RIGHT)
         self.assertEqual(self.find("h2").text, "Second scene")
         self.assertEqual(self.driver.switch_to.active_element.text, "Second scene")
         self.assertEqual(tabs("aria-selected"), ["false", "true"])
@@ -301,13 +331,13 @@ class Page(unittest.TestCase):
         self.driver.refresh()
         self.wait_for_page()
         self.assertEqual(self.find("h2").text, "Second scene")
-        self.driver.find_element(By.LINK_TEXT, "Second scene").send_keys(Keys.HOME)
+        self.driver.find_element(By.ID, "tab-second").send_keys(Keys.HOME)
         self.assertEqual(self.find("h2").text, "First scene")
 
     def test_without_a_script_all_scenes_are_one_page(self):
         driver = self.start(**{"profile.managed_default_content_settings.javascript": 2})
         driver.get(self.file.as_uri())
-        self.assertEqual([one.text for one in driver.find_elements(By.TAG_NAME, "h2")][:2],
+        self.assertEqual([one.text for one in driver.find_elements(By.CSS_SELECTOR, "main h2")],
                          ["First scene", "Second scene"])
         text = driver.find_element(By.TAG_NAME, "main").text
         for said in ("It is <quick>.", "+1.230 %", "They differ.", "plumb compare", "It falls.", "noise unknown, 1.5"):
