@@ -37,7 +37,9 @@ import threading
 import time
 import uuid
 from collections import defaultdict, deque
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 # Of one task, before it is given up.
 TRIES = 3
@@ -59,7 +61,7 @@ class Task:
     is_timed: bool = False  # measures time, and takes all cores
 
     @functools.cached_property
-    def key(self):
+    def key(self) -> str:
         files = {name: hashlib.sha256(data).hexdigest() for name, data in self.files.items()}
         depends = [plumb_version(), [program_version(word) for word in self.program.split()], self.words, files,
                    [need.key for need in self.needs]]
@@ -126,7 +128,8 @@ def pixels_of(files, name, words):
     return width * height
 
 
-def render(scene, spp, words=(), samples_per_task=None):
+def render(scene: str | os.PathLike[str], spp: int, words: Iterable[object] = (),
+           samples_per_task: int | None = None) -> Task:
     """The task whose result is the picture that `plumb render --spp` draws, bit for bit: of parts by samples
     and a tree of merges. A part takes half a minute of a core, but has samples enough to be worth its bytes."""
     name, files = bundle(scene)
@@ -145,7 +148,7 @@ def render(scene, spp, words=(), samples_per_task=None):
     return merge(parts, "--last")
 
 
-def merge(parts, *words):
+def merge(parts: Sequence[Task], *words: str) -> Task:
     files = (f"{part.key}/{PICTURE}" for part in parts)
     return Task("merge", ("merge", *files, *words, "-o", f"result/{PICTURE}"), needs=tuple(parts))
 
@@ -158,7 +161,8 @@ def with_program(program, files):
     return f"program/{name}", {**files, **{f"program/{name}": data for name, data in described.items()}}
 
 
-def reference(scene, program, words=(), seeds=None):
+def reference(scene: str | os.PathLike[str], program: str, words: Iterable[object] = (),
+              seeds: Iterable[int] | None = None) -> Task:
     """The task whose result another program draws, known by its word or described in a file; with `seeds`
     (a range), pictures of so many tasks, whose mean it is."""
     name, files = bundle(scene)
@@ -256,7 +260,7 @@ def publish(result, target):
 class Study:
     """Results in a folder, by their tasks' keys."""
 
-    def __init__(self, store):
+    def __init__(self, store: str | os.PathLike[str]) -> None:
         self.store = pathlib.Path(store).resolve()
         for name in ("unfinished", "failed"):
             (self.store / name).mkdir(parents=True, exist_ok=True)
@@ -266,13 +270,13 @@ class Study:
             os.replace(self.store / "unfinished" / "token", self.store / "token")
         self.token = (self.store / "token").read_text()
 
-    def has(self, task):
+    def has(self, task: Task) -> bool:
         return (self.store / task.key).is_dir()
 
-    def file(self, task, name=PICTURE):
+    def file(self, task: Task, name: str = PICTURE) -> pathlib.Path:
         return self.store / task.key / name
 
-    def missing(self, goals):
+    def missing(self, goals: Iterable[Task]) -> dict[str, Task]:
         """Tasks by their keys, those before others that these need; not what only finished ones need."""
         found = {}
 
@@ -285,7 +289,7 @@ class Study:
             visit(goal)
         return found
 
-    def run(self, goals, client=None, slots=None):
+    def run(self, goals: Sequence[Task], client: Any = None, slots: int | None = None) -> list[Task]:
         """Does what is missing, on this machine's cores or by a Dask client. Returns the goals that could not
         be reached; their logs are in the store's folder `failed`."""
         todo = self.missing(goals)
