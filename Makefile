@@ -142,13 +142,14 @@ build: configure
 test: build python-test
 	ctest --test-dir build --output-on-failure -j$(jobs)
 
-# `pip install .` in a virtual environment. It builds in build/, where all but the bindings is there already.
+# `pip install .` in a virtual environment. It builds in build/, where all but the bindings is there already,
+# as long as the compiler is the same.
 python-test: build
 	@test -x build/venv/bin/mypy || { rm -rf build/venv && python3 -m venv build/venv && \
 	  build/venv/bin/pip install --quiet --disable-pip-version-check $(python_tools); } || \
 	  echo "The package for Python is not tested: PyPI can't be had here"
 	test ! -x build/venv/bin/mypy || { \
-	  build/venv/bin/pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps \
+	  CXX=$$(sed -n 's/^CMAKE_CXX_COMPILER:[A-Z]*=//p' build/CMakeCache.txt) build/venv/bin/pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps \
 	    --config-settings=build-dir=build --config-settings=cmake.define.BUILD_TESTING=ON . && \
 	  build/venv/bin/pytest --quiet -p no:cacheprovider -n $(jobs) tests/python; }
 

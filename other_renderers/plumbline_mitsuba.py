@@ -77,7 +77,8 @@ def main():
     variant = arguments.variant or usable_variant()
     mitsuba.set_variant(variant)
     if arguments.threads:
-        drjit.set_thread_count(arguments.threads)
+        # With a single one it waits for ever.
+        drjit.set_thread_count(max(2, arguments.threads))
     # Mitsuba counts the path's edges: emission seen directly has a depth of 1.
     depth = -1 if arguments.bounces is None else arguments.bounces + 1
     integrator = mitsuba.load_dict({"type": arguments.integrator, "max_depth": depth})

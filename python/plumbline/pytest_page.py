@@ -42,7 +42,7 @@ def finding(verdict: Verdict, name: str, expect: str, test: str, number: int) ->
     rows = [_row(where, channel, found) for where, channels in [("image", verdict.image), *verdict.regions.items()]
             for channel, found in channels.items()]
     return {"test": test, "number": number, "passed": verdict.verdict == expect, "scene": {
-        "title": name, "notes": [test] if expect == "same" else [test, f"It should be {expect}."],
+        "title": f"{test.rpartition('::')[2]}: {name}", "notes": [test] if expect == "same" else [test, f"It should be {expect}."],
         "verdicts": [{"test": "test", "reference": "reference", "verdict": verdict.verdict,
                       "explanation": verdict.explanation, "command": "", "rows": rows}],
         "convergence": None, "chart": None,
@@ -62,7 +62,7 @@ def write(folder: pathlib.Path, file: pathlib.Path) -> int:
         page.write_page({
             "title": f"Pictures: {len(found)} compared, {len(failed)} not as expected", "version": __version__,
             "made": f"{made:%Y-%m-%d %H:%M} UTC", "host": platform.node(), "incomplete": "", "notes": [],
-            "summary": [f"{one['scene']['title']} ({one['test']}): "
-                        f"{one['scene']['verdicts'][0]['explanation'].splitlines()[0]}" for one in failed],
+            "summary": [f"{one['scene']['title']}: {one['scene']['verdicts'][0]['explanation'].splitlines()[0]}"
+                        for one in failed],
             "scenes": scenes}, file)
     return len(found)

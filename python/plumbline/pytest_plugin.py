@@ -10,6 +10,7 @@ The reference is references/cornell.exr beside the test's file; `pytest --pictur
 from __future__ import annotations
 
 import json
+import os
 import pathlib
 import tempfile
 from collections.abc import Callable, Iterator
@@ -61,7 +62,8 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     from .pytest_page import write
     file = config.getoption("--pictures-report")
     count = write(config.stash[_FINDINGS], file)
-    terminalreporter.write_line(f"pictures: {file} shows {count} check{'' if count == 1 else 's'}")
+    said = f"{file} shows {count} check{'' if count == 1 else 's'}" if count else "nothing was compared"
+    terminalreporter.write_line(f"pictures: {said}")
 
 
 @pytest.fixture
@@ -106,7 +108,7 @@ class Pictures:
             self._update(test, file, budget, terms)
             drawn, verdict = self._look(test, file, spp, budget, terms)
         if verdict is None:
-            raise AssertionError(f"{file} is missing: 'pytest --pictures-update' makes it of what the test draws")
+            raise AssertionError(f"{os.path.relpath(file)} is missing: 'pytest --pictures-update' makes it of what the test draws")
         self._note(verdict, reference, expect)
         if verdict.verdict != expect:
             raise AssertionError(_message(verdict, reference, expect, callable(test), drawn))

@@ -15,6 +15,6 @@ def cornell():
 @pytest.fixture(scope="session")
 def draw(cornell):
     """A small picture of the Cornell box."""
-    def render(spp=64, **words):
-        return plumbline.render(cornell, spp=spp, size=(64, 64), **words)
+    def render(spp=64, size=(64, 64), **words):
+        return plumbline.render(cornell, spp=spp, size=size, **words)
     return render

@@ -19,7 +19,7 @@ import plumbline
 
 def test_a_scene_is_what_its_file_says(cornell):
     assert {"left_wall", "tall_block", "lamp"} <= set(cornell.shapes)
-    assert cornell.shapes["lamp"].radiance == (17.0, 12.0, 4.0) or list(cornell.shapes["lamp"].radiance) == [17, 12, 4]
+    assert cornell.shapes["lamp"].radiance == [17, 12, 4]
     assert cornell.shapes["lamp"].is_lamp
     assert cornell.shapes["tall_block"].bsdf == "diffuse"
     assert len(cornell.shapes["tall_block"].faces) >= 5
@@ -39,7 +39,6 @@ def test_a_picture_is_a_view_of_its_own_memory(draw):
     assert picture.radiance.shape == picture.variance.shape == (64, 64, 3)
     assert picture.radiance.dtype == np.float32
     assert np.shares_memory(picture.radiance, picture.values)
-    assert picture.radiance.ctypes.data == picture.radiance.ctypes.data
     assert not picture.radiance.flags.writeable
     radiance = picture.radiance
     kept = radiance.copy()
@@ -138,8 +137,8 @@ def test_ctrl_c_ends_a_render(cornell):
 
 
 def test_radiosity_has_no_noise_and_says_how_wrong_it_is(cornell, draw):
-    picture = plumbline.radiosity(cornell, size=(32, 32))
+    picture = plumbline.radiosity(cornell, size=(32, 32), bounces=(0, 1))
     assert picture.variance is None
     assert 0 < picture.provenance["imageFloor"] < 0.01
-    verdict = plumbline.compare(plumbline.render(cornell, spp=256, size=(32, 32)), picture, tolerance="5%")
+    verdict = plumbline.compare(draw(256, bounces=(0, 1), size=(32, 32)), picture, tolerance="5%")
     assert verdict.same
