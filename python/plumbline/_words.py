@@ -17,13 +17,13 @@ Progress = Union[bool, Callable[[str], object]]
 
 
 def words(**options: Any) -> list[str]:
-    """["--spp", "64"] of spp=64. True stands for an option without a value; None and False are left
+    """["--spp", "64"] of spp=64, and "--from" of from_=, which Python would not take. True stands for an option without a value; None and False are left
     out, as is what a render is not asked for."""
     said: list[str] = []
     for name, value in options.items():
         if value is None or value is False:
             continue
-        said.append("--" + name.replace("_", "-"))
+        said.append("--" + name.rstrip("_").replace("_", "-"))
         if value is not True:
             said.append(str(value))
     return said

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -104,20 +105,21 @@ def render(scene: Scene | PathLike, *, spp: int | None = None, time: float | Non
            method: Literal["bsdf", "nee", "mis", "plain"] | None = None,
            sampler: Literal["sobol", "independent"] | None = None,
            precision: Literal["float", "double"] | None = None, threads: int | None = None,
-           fault: str | None = None, progress: Progress = False) -> Picture:
+           from_: Sequence[str] | str | None = None, by: Sequence[str] | str | None = None, fault: str | None = None, progress: Progress = False) -> Picture:
     """Renders a scene, which may be the name of its file, with the path tracer.
 
     The first of the limits spp (samples per pixel), time (seconds) and error (relative, as 0.01 or
     "1%") to be reached ends the render. bounces=(2, 5) lets only light of so many bounces reach the
     picture, (2, None) that of 2 and more. The same scene, seed and samples give the same bits on any
-    number of threads; a default seed is 1. `plumb render --help` says what the words mean.
+    number of threads; a default seed is 1. from_="left_wall" leaves only light that came straight from
+    that shape (or several) to what is seen, by= what it has reflected. `plumb render --help` says what the words mean.
 
     `progress` is True for a line on standard error, or gets such lines. Ctrl-C ends the render
     within a second. Warns of what was chosen to fit the scene."""
     own = _scene(scene)
     said = words(spp=spp, time=time, error=error, samples=span(samples), seed=seed, bounces=span(bounces),
                  size=joined(size, "x"), method=method, sampler=sampler, precision=precision, threads=threads,
-                 fault=fault)
+                 from_=joined(from_, ","), by=joined(by, ","), fault=fault)
     with shown(progress) as show:
         held, summary = _core.render(own._held, said, show)
     warn_of_notices()
@@ -126,12 +128,15 @@ def render(scene: Scene | PathLike, *, spp: int | None = None, time: float | Non
 
 def radiosity(scene: Scene | PathLike, *, error: float | str | None = None,
               bounces: tuple[int, int | None] | str | None = None, size: tuple[int, int] | str | None = None,
-              threads: int | None = None, progress: Progress = False) -> Picture:
+              from_: Sequence[str] | str | None = None, by: Sequence[str] | str | None = None,
+              elements: Literal["linear", "constant"] | None = None, threads: int | None = None,
+              progress: Progress = False) -> Picture:
     """Computes a picture of matte polygons without noise, in closed form. Its provenance tells by how
     much it may be wrong, which compare() takes as its floor. `error` is how far two resolutions may
-    differ, as 0.0001 or "0.01%"."""
+    differ, as 0.0001 or "0.01%"; from_ and by are render()'s; elements="constant" shows flat patches."""
     own = _scene(scene)
-    said = words(error=error, bounces=span(bounces), size=joined(size, "x"), threads=threads)
+    said = words(error=error, bounces=span(bounces), size=joined(size, "x"), from_=joined(from_, ","),
+                 by=joined(by, ","), elements=elements, threads=threads)
     with shown(progress) as show:
         held, summary = _core.radiosity(own._held, said, show)
     warn_of_notices()

@@ -68,16 +68,24 @@ def test_a_picture_says_how_it_was_made_and_is_written_and_read(draw, tmp_path):
     assert (again.values == picture.values).all()
 
 
+def test_light_from_all_shapes_adds_up_to_the_whole(cornell):
+    whole = plumbline.render(cornell, spp=4, size=(16, 16))
+    red = plumbline.render(cornell, spp=4, size=(16, 16), from_="left_wall")
+    rest = plumbline.render(cornell, spp=4, size=(16, 16), from_=[name for name in cornell.shapes if name != "left_wall"])
+    assert np.allclose(red.radiance + rest.radiance, whole.radiance, rtol=1e-5, atol=1e-6)
+    assert 0 < red.radiance.sum() < whole.radiance.sum()
+
+
 def test_words_are_those_of_the_command():
     command = os.path.join(os.path.dirname(plumbline.__file__), "bin", "plumb")
     for function, name, others in (
             (plumbline.render, "render", {"help", "output", "aov", "exposure"}),
-            (plumbline.radiosity, "radiosity", {"help", "output", "exposure"}),
+            (plumbline.radiosity, "radiosity", {"help", "output", "exposure", "teach"}),
             (plumbline.compare, "compare", {"help", "output", "json", "markdown", "map", "update", "gate", "junit",
                                             "part", "codes"})):
         told = subprocess.run([command, name, "--help"], capture_output=True, text=True, check=True).stdout
         options = set(re.findall(r"^\s+(?:-\w,)?--([\w-]+)", told, re.MULTILINE)) - others
-        keywords = {name.replace("_", "-") for name, one in inspect.signature(function).parameters.items()
+        keywords = {name.rstrip("_").replace("_", "-") for name, one in inspect.signature(function).parameters.items()
                     if one.kind is one.KEYWORD_ONLY}
         assert options <= keywords
         assert keywords - options <= {"progress", "variance", "reference-variance"}
