@@ -149,7 +149,8 @@ void add_merge(CLI::App& app, int&) {
 The whole has the bits that '--samples 0:128' would have given, and can be
 merged in turn. Parts that overlap, leave a gap or differ in scene, size, seed
 or method are refused. Pictures that 'reference --seeds 1' has another program
-draw give what more seeds at once would have, if named in the seeds' order. Exit codes: 0 done, 2 trouble.)");
+draw give what more seeds at once would have, if named in the seeds' order.
+Exit codes: 0 done, 2 trouble.)");
   command.callback([options] { run(*options); });
 }
 
