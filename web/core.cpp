@@ -188,6 +188,7 @@ int begin(int picture, int width, int height, int method, int sampler, uint32_t 
                       .film = Film(width, height),
                       .first_pixel = pixels_at_once * worker,
                       .shares = workers}});
+    pictures.at(picture).film.set_brightness(changed.brightness());
     return 0;
   } catch (const std::exception& error) {
     return failed(error.what());
