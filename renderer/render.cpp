@@ -219,7 +219,8 @@ Cost render(const Scene& scene, const Settings& settings, const Limits& limits, 
   if (settings.tracer != nullptr &&
       (is_plain || (is_double && settings.tracer->in_double == nullptr))) {
     throw std::invalid_argument(
-        "the tracer asked for is not the plain one, and faulty: float only");
+        "faults are planted in float, and light is told apart by origin, but not with method "
+        "plain");
   }
   if (is_plain && (!is_double || settings.sampler != Sampler::independent)) {
     throw std::invalid_argument("the plain path tracer draws independent numbers and is in double");

@@ -112,7 +112,8 @@ def test_a_failure_is_tried_again_logged_and_costs_nothing_else(study):
 def test_an_interrupt_loses_nothing_that_is_finished(study, tmp_path):
     # In a process of its own, which Ctrl-C ends.
     program = tmp_path / "study.py"
-    program.write_text(f"import sys\nsys.path = {[str(pathlib.Path(cluster.__file__).parent), *sys.path]!r}\n"
+    # Who runs these tests in the background has told all that they start to ignore SIGINT.
+    program.write_text(f"import signal, sys\nsignal.signal(signal.SIGINT, signal.default_int_handler)\nsys.path = {[str(pathlib.Path(cluster.__file__).parent), *sys.path]!r}\n"
                        f"import cluster\ncluster.Study({str(study.store)!r}).run([cluster.render("
                        f"{str(CORNELL)!r}, 2**20, ('--size', '64x64'), 64)], slots=2)\n")
     with subprocess.Popen([sys.executable, program], stderr=subprocess.PIPE) as process:
@@ -120,12 +121,10 @@ def test_an_interrupt_loses_nothing_that_is_finished(study, tmp_path):
             assert process.poll() is None
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
-        process.communicate()
+        process.communicate(timeout=60)
     assert process.returncode != 0
     assert not list((study.store / "unfinished").iterdir())
-    before = state(study)
-    parts = [task for task in study.missing([]).values()]
-    assert parts == [] and len(before) >= 9
+    assert len(state(study)) >= 9
 
 
 def tiny_renderer(folder):
