@@ -32,9 +32,9 @@ void add_size_and_bounces(CLI::App& command, SceneOptions& options) {
 
 void add_light_origin(CLI::App& command, SceneOptions& options) {
   auto* from = add_option(command, "--from", "SHAPE,...", options.from,
-                          "Only light that came straight from these shapes to the\n"
-                          "surface that is seen: pictures of all shapes add up to\n"
-                          "the whole one");
+                          "Only light that came straight from these shapes (ids; or\n"
+                          "#3, the fourth) to the surface that is seen: pictures of\n"
+                          "all shapes add up to the whole one");
   auto* by = add_option(command, "--by", "SHAPE,...", options.by,
                         "Only light that one of these shapes has reflected, on\n"
                         "its way to the surface that is seen");

@@ -14,12 +14,8 @@ LightOrigin light_origin(const Scene& scene, LightOrigin::Way way,
   for (const std::string& id : ids) {
     if (std::ranges::find(scene.shapes, id, &Shape::id) != scene.shapes.end()) continue;
     std::string there;
-    for (const Shape& shape : scene.shapes) {
-      if (shape.id.empty()) continue;
-      there += (there.empty() ? "" : ", ") + shape.id;
-    }
-    throw std::invalid_argument("no shape has the id \"" + id +
-                                "\"; there are: " + (there.empty() ? "none with an id" : there));
+    for (const Shape& shape : scene.shapes) there += (there.empty() ? "" : ", ") + shape.id;
+    throw std::invalid_argument("no shape has the id \"" + id + "\"; there are: " + there);
   }
   LightOrigin origin{.way = way, .has_shape = {}, .has_surface = {}};
   const auto is_one = [&](const Shape& shape) -> uint8_t {

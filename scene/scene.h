@@ -82,7 +82,7 @@ struct Bsdf {
 };
 
 struct Shape {
-  std::string id;
+  std::string id;  // of a file that gives none: "#3", its place among the shapes, from 0
   std::variant<Mesh, Sphere> geometry;
   Bsdf bsdf;
   Rgb radiance{0.0};  // emitted on the side of the normal; zero: no lamp

@@ -110,8 +110,7 @@ std::vector<std::string> leave_air_around_glass(Scene& scene) {
     if (!is_mesh || shape.bsdf.kind != Bsdf::Kind::dielectric) continue;
     const double factor = part_from_others(shape, scene.shapes, size);
     if (factor == 1.0) continue;
-    const std::string who =
-        fmt::format("the glass {}touches another surface", shape.id.empty() ? "" : shape.id + " ");
+    const std::string who = fmt::format("the glass {} touches another surface", shape.id);
     notes.push_back(factor > 0.5
                         ? fmt::format("{}: it is drawn thinner by {:.2g} %, with air in between",
                                       who, 100.0 * (1.0 - factor))

@@ -494,7 +494,7 @@ class Reader {
     const M44d to_world = read_to_world(node);
     const std::string type = type_of(node);
     Shape shape;
-    shape.id = node.attribute("id").value();
+    shape.id = node.attribute("id").as_string(fmt::format("#{}", scene_.shapes.size()).c_str());
     if (type == "sphere") {
       shape.geometry = read_sphere(node, to_world);
     } else {

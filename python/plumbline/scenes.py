@@ -71,7 +71,7 @@ class Scene:
     @property
     def shapes(self) -> dict[str, _core.Shape]:
         """By their ids; what has none is called by its place, as "#3"."""
-        return {shape.id or f"#{i}": shape for i, shape in enumerate(self._held.shapes)}
+        return {shape.id: shape for shape in self._held.shapes}
 
     def mask(self, kind: Literal["object", "side", "shadow"] = "object") -> Mask:
         """The regions of its pictures: a shape each, a side of a shape each (front, left, ...), or
