@@ -219,8 +219,7 @@ Cost render(const Scene& scene, const Settings& settings, const Limits& limits, 
   if (settings.tracer != nullptr &&
       (is_plain || (is_double && settings.tracer->in_double == nullptr))) {
     throw std::invalid_argument(
-        "faults are planted in float, and light is told apart by origin, but not with method "
-        "plain");
+        "a fault of the tracer: float only; method plain has no faults and no origins of light");
   }
   if (is_plain && (!is_double || settings.sampler != Sampler::independent)) {
     throw std::invalid_argument("the plain path tracer draws independent numbers and is in double");
