@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <numbers>
 #include <string>
 #include <tuple>
@@ -204,17 +202,6 @@ TEST(LightOrigin, KnowsTheShapesOfTheScene) {
   EXPECT_THROW(light_origin(scene, Way::last, {"lefty"}), std::invalid_argument);
   const LightOrigin origin = light_origin(scene, Way::any, {"floor", "lamp"});
   EXPECT_EQ(std::ranges::count(origin.has_shape, 1), 2);
-}
-
-TEST(LightOrigin, CallsShapesWithoutIdsByTheirPlace) {
-  const auto file = std::filesystem::temp_directory_path() / "plumbline_shapes_without_ids.xml";
-  std::ofstream(file) << R"(<scene version="3.0.0"><sensor type="perspective">
-    <float name="fov" value="40"/></sensor><shape type="sphere"/><shape type="cube" id="box"/>
-    <shape type="rectangle"/></scene>)";
-  const Scene scene = read_scene(file);
-  std::filesystem::remove(file);
-  EXPECT_EQ(ids_of(scene), (Ids{"#0", "box", "#2"}));
-  EXPECT_EQ(light_origin(scene, Way::last, {"#2"}).has_shape, (std::vector<uint8_t>{0, 0, 1}));
 }
 
 TEST(LightOrigin, IsNotKnownToThePlainPathTracer) {

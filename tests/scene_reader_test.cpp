@@ -139,13 +139,13 @@ TEST_F(SceneReader, ReadsASceneWithoutShapes) {
   EXPECT_TRUE(read("<!-- nothing -->").shapes.empty());
 }
 
-TEST_F(SceneReader, KeepsShapesInOrderWithTheirIds) {
+TEST_F(SceneReader, KeepsShapesInOrderWithTheirIdsOrCallsThemByTheirPlace) {
   const Scene scene = read(R"(<shape type="cube" id="b"/><shape type="sphere" id="a"/>)"
                            R"(<shape type="sphere"/>)");
   ASSERT_EQ(scene.shapes.size(), 3u);
   EXPECT_EQ(scene.shapes[0].id, "b");
   EXPECT_EQ(scene.shapes[1].id, "a");
-  EXPECT_EQ(scene.shapes[2].id, "");
+  EXPECT_EQ(scene.shapes[2].id, "#2");
 }
 
 TEST_F(SceneReader, ReplacesDefaults) {
