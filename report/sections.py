@@ -153,8 +153,8 @@ def overview(scenes, programs):
                            "".join(cell(scene, program) for program in programs)) for scene in scenes)
     table_ = element("table", element("thead", element("tr", head)) + element("tbody", rows), class_="overview")
     return "<h2>Who agrees</h2>" + text(
-        "p", "Bias of the whole picture and its 95 % confidence interval. The pictures of a line show when the pointer rests on it: "
-        "one, the stored ones, and the other program's picture of here.", class_="notes") + element("div", table_, class_="wide")
+        "p", "Bias of the whole picture and its 95 % confidence interval. Which two pictures a line is about shows when the "
+        "pointer rests on it.", class_="notes") + element("div", table_, class_="wide")
 
 
 def front(scenes, programs):
