@@ -322,7 +322,7 @@ class Judge {
     const int left = std::max(x - neighbourhood, 0), top = std::max(y - neighbourhood, 0);
     const int width = std::min(x + neighbourhood + 1, test_.image.width) - left;
     const int height = std::min(y + neighbourhood + 1, test_.image.height) - top;
-    PixelPair noisiest;
+    PixelPair noisiest = pair_at(x, y, c);
     for_each_pixel({left, top, width, height}, [&](int u, int v) {
       const size_t pixel = test_.image.pixel(u, v);
       noisiest.test_variance = std::max(noisiest.test_variance, test_.variance(pixel, c));

@@ -27,9 +27,8 @@ size_t count_blocks(const Window& w) {
 // out.
 template <typename Use>
 void for_each_cell(const Image& image, int cell, Use use) {
-  for_each_pixel({0, 0, image.width / cell, image.height / cell}, [&](int x, int y) {
-    use(Window{x * cell, y * cell, cell, cell});
-  });
+  for_each_pixel({0, 0, image.width / cell, image.height / cell},
+                 [&](int x, int y) { use(Window{x * cell, y * cell, cell, cell}); });
 }
 
 // The averages over cells, with their noise.

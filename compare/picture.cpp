@@ -22,6 +22,8 @@ namespace {
 
 using Names = std::vector<std::string>;
 
+constexpr size_t pixels_for_hit = size_t{1} << 16;  // are enough
+
 std::optional<size_t> place_of(const Image& image, const std::string& channel) {
   const auto found = std::ranges::find(image.channels, channel);
   if (found == image.channels.end()) return std::nullopt;
@@ -146,6 +148,19 @@ void refuse_poison(const Picture& picture, const std::vector<Checked>& channels,
       is_negative ? "; --negative allows negative ones" : ""));
 }
 
+double hit(const Picture& picture, size_t channel) {
+  std::vector<double> ratios;
+  const size_t pixels = picture.image.values.size() / picture.image.channels.size();
+  for (size_t p = 0; p < pixels; p += (pixels / pixels_for_hit) | 1) {
+    const double value = picture.value(p, channel), variance = picture.variance(p, channel);
+    if (value > 0.0 && variance > 0.0) ratios.push_back(variance / value);
+  }
+  if (ratios.empty()) return 0.0;
+  const auto rank = ratios.begin() + std::ptrdiff_t(ratios.size() * 99 / 100);
+  std::ranges::nth_element(ratios, rank);
+  return *rank;
+}
+
 void choose(Picture& picture, const Names& channels, size_t averaged) {
   picture.averaged = averaged;
   picture.value_channels.clear();
@@ -164,6 +179,8 @@ void choose(Picture& picture, const Names& channels, size_t averaged) {
   auto noise = picture.variance_channels | std::views::take(averaged);
   const auto is_known = [](const auto& place) { return place.has_value(); };
   if (!std::ranges::all_of(noise, is_known)) std::ranges::fill(noise, std::nullopt);
+  picture.hits.clear();
+  for (size_t c = 0; c < channels.size(); ++c) picture.hits.push_back(hit(picture, c));
   picture.left_out = without(pictured_channels(picture.image), channels);
 }
 

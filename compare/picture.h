@@ -4,6 +4,7 @@
 // known; and named parts of it.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -29,6 +30,10 @@ struct Picture {
   std::vector<std::optional<size_t>> variance_channels = {};  // of each compared channel
   size_t averaged = 0;
 
+  // What one sample that met light adds to a pixel's radiance, in each compared channel: the ratio
+  // of variance to radiance that 1 % of the pixels exceed. match() finds it.
+  std::vector<double> hits = {};
+
   std::vector<std::string> left_out = {};  // the channels that match() was told not to compare
 
   double degrees_of_freedom = 1;  // of each variance
@@ -45,6 +50,15 @@ struct Picture {
   double variance(size_t pixel, size_t channel) const {
     if (!knows_noise(channel)) return 0.0;
     return double{noise_values()[pixel * image.channels.size() + *variance_channels[channel]]};
+  }
+
+  // Likewise, if this is the pixel's truth. One whose samples all missed the light is nearly black
+  // and claims next to no noise. Rare hits are Poisson distributed, and so have this variance.
+  double variance(size_t pixel, size_t channel, double truth) const {
+    const double claimed = variance(pixel, channel);
+    constexpr double nearly_black = 0.25;
+    if (value(pixel, channel) >= nearly_black * truth) return claimed;
+    return std::max(claimed, truth * hits[channel]);
   }
 
   // What `variance_channels` are channels of.

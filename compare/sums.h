@@ -24,8 +24,8 @@ PixelPair mean_pair(const Picture& test, const Picture& reference, size_t pixel)
 inline PixelPair pixel_pair(const Picture& test, const Picture& reference, size_t pixel,
                             size_t channel) {
   if (channel >= test.channel_count()) return mean_pair(test, reference, pixel);
-  return {test.value(pixel, channel), reference.value(pixel, channel),
-          test.variance(pixel, channel), reference.variance(pixel, channel)};
+  const double x = test.value(pixel, channel), r = reference.value(pixel, channel);
+  return {x, r, test.variance(pixel, channel, r), reference.variance(pixel, channel, x)};
 }
 
 // Sums over pixels, with x the test, r the reference, V their variances.

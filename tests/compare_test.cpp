@@ -495,6 +495,44 @@ TEST(Fireflies, AreNeitherSpotsNorNoise) {
   EXPECT_EQ(judge(render(1, 4), render(2, 4), tolerating(0)).fireflies, 0);
 }
 
+// Light that all samples miss
+
+// One sample in 20,000 finds it.
+double rare(Random& random) { return std::bernoulli_distribution(5e-5)(random) ? 1.0 : 0.0; }
+
+Picture with_rare_light(uint64_t seed) {
+  return render(seed, 64, [](int, int) { return 0.0; }, rare);
+}
+
+TEST(MissedLight, IsNoDifference) {
+  const Picture reference = exact([](int, int) { return 5e-5; });
+  Judgement judgement = tolerating(0);
+  judgement.floor = Amount{0, true};  // the reference has no noise
+  for (uint64_t seed = 1; seed <= 40; ++seed) {
+    const auto result = judge(with_rare_light(seed), reference, judgement);
+    EXPECT_NE(result.verdict, Verdict::different) << seed;
+  }
+}
+
+// A hole of black pixels among others that tell what a hit is worth.
+TEST(MissedLight, ExcusesNoHole) {
+  for (const int width : {1, 16}) {
+    Picture picture = render(1, 64);
+    for (int y = 20; y < 20 + width; ++y) {
+      for (int x = 20; x < 20 + width; ++x) {
+        auto* const values = &picture.image.values[picture.image.pixel(x, y) * 6];
+        std::fill_n(values, 6, 0.0F);
+      }
+    }
+    EXPECT_EQ(judge(picture, render(2, 64)).verdict, Verdict::different);
+  }
+}
+
+TEST(MissedLight, DoesNotExcuseABlackPicture) {
+  const auto black = render(1, 64, [](int, int) { return 0.0; }, [](Random&) { return 0.0; });
+  EXPECT_EQ(judge(black, render(2, 64)).verdict, Verdict::different);
+}
+
 // Perceived difference
 
 Picture coloured(const std::function<double(int x, int y, int channel)>& truth) {
