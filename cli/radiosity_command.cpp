@@ -16,6 +16,7 @@
 #include "cli/progress_line.h"
 #include "cli/radiosity_drawing.h"
 #include "cli/scene_options.h"
+#include "radiosity/faces.h"
 
 namespace plumb::cli {
 namespace {
@@ -80,7 +81,12 @@ int run(const Options& options) {
   check(options.outputs);
   const Scene scene = load_scene(options.scene);
   listen_for_interrupts();
-  return is_lesson ? write_lesson(scene, options) : draw_picture(scene, options);
+  try {
+    return is_lesson ? write_lesson(scene, options) : draw_picture(scene, options);
+  } catch (const radiosity::Refusal& refusal) {
+    fmt::print(stderr, "plumb: {}\n", refusal.what());
+    return 3;
+  }
 }
 
 }  // namespace
@@ -101,7 +107,8 @@ void add_radiosity(CLI::App& app, int& exit_code) {
 Nothing is sampled: form factors and visibility are closed forms. The error is
 told by the difference from a coarser picture, and 'plumb compare' takes it as
 the reference's floor. Ctrl-C saves the coarser one. Exit codes: 0 done,
-2 trouble (also: no memory for the wanted error), 130 interrupted.)");
+2 trouble (also: no memory for the wanted error), 3 there is more in the scene
+than matte polygons, 130 interrupted.)");
   command.callback([=, &exit_code] { exit_code = run(*options); });
 }
 

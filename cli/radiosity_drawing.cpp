@@ -45,7 +45,7 @@ Image to_image(const Scene& scene, const radiosity::Picture& picture,
                       .precision = "double",
                       .bounces = to_string(scene.request.bounces),
                       .light = light_origin_words(options.scene),
-                      .settings = fmt::format("elements={}", picture.elements),
+                      .quality = fmt::format("{} elements", picture.elements),
                       .wall_seconds = clock.wall_seconds(),
                       .cpu_seconds = clock.cpu_seconds(),
                       .host = host(options.threads)};

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
@@ -34,7 +35,7 @@ constexpr double false_alarm = 1e-3;  // the chance that noise alone makes anyth
 struct Options {
   std::string folder = scene_folder() / "stress";
   std::vector<std::string> scenes;
-  std::vector<std::string> methods{"bsdf", "nee", "mis", "default"};
+  std::vector<std::string> methods{"bsdf", "nee", "mis", "default", "radiosity"};
   std::vector<std::string> programs;
   std::optional<double> seconds;
   std::optional<int64_t> spp;
@@ -46,6 +47,7 @@ struct Contestant {
   Settings settings;
   std::optional<OtherRenderer> renderer = {};  // none: the settings are for our own
   bool is_default = false;                     // method and precision are those that fit the scene
+  bool is_radiosity = false;
 };
 
 struct Attempt {
@@ -63,8 +65,8 @@ void add_options(CLI::App& command, Options& options) {
   add("--folder", options.folder, "DIR", "Where the scenes are (default: reference_scenes/stress)");
   add("--scene", options.scenes, "S", "Only these scenes, by name; can be repeated");
   add("--methods", options.methods, "M",
-      "Of bsdf, nee, mis and default, which is what 'render'\n"
-      "takes for the scene (default: all)");
+      "Of bsdf, nee, mis, radiosity and default, which is\n"
+      "what 'render' takes for the scene (default: all)");
   const std::string words = list_renderers([](const OtherRenderer& r) { return r.word; });
   add("--with", options.programs, "P",
       "Other programs too: " + words + ",\nor FILE.toml (docs/renderers.md)");
@@ -84,6 +86,10 @@ std::vector<Contestant> list_contestants(const Options& options) {
   for (const std::string& method : options.methods) {
     if (method == "default") {
       contestants.push_back({method, {.bounces = {}}, {}, true});
+      continue;
+    }
+    if (method == "radiosity") {
+      contestants.push_back({.name = method, .settings = {}, .is_radiosity = true});
       continue;
     }
     for (const Precision precision : {Precision::float32, Precision::float64}) {
@@ -123,14 +129,17 @@ std::optional<Attempt> try_out(const Contestant& contestant, const StressScene& 
     const std::optional<Trial> trial =
         contestant.renderer
             ? try_renderer(*contestant.renderer, stress.scene, stress.file, limits.seconds, watcher)
+        : contestant.is_radiosity
+            ? try_radiosity(stress.scene, stop_requested)
             : try_method(stress.scene, contestant.settings, limits, stop_requested);
     if (!trial) return {};
     if (contestant.renderer) row.name = trial->program;
     row.assessment = assess(*trial, truth, alarm);
     row.tail = trial->tail;
   } catch (const std::exception& error) {
-    if (!contestant.renderer) throw;
+    if (!contestant.renderer && !contestant.is_radiosity) throw;
     row.refusal = error.what();
+    std::ranges::replace(row.refusal, '\n', ' ');
   }
   return row;
 }
@@ -162,7 +171,9 @@ void print_scene(const std::string& scene, const std::vector<Attempt>& rows) {
     const Assessment& assessment = row.assessment;
     fmt::print("| {} | {} | {:+.3f} ± {:.3f} % | {} | {} | {} |\n", scene, row.name,
                100.0 * assessment.bias, 100.0 * assessment.error,
-               assessment.is_right() ? fmt::format("{:.2g}", least / assessment.cost) : "",
+               assessment.is_right() && std::isfinite(assessment.cost)
+                   ? fmt::format("{:.2g}", least / assessment.cost)
+                   : "",
                row.tail ? fmt::format("{:.0f} % | {:.2g} | {}", 100.0 * row.tail->fireflies,
                                       row.tail->kurtosis, row.tail->unfit)
                         : " | | ",
@@ -195,7 +206,8 @@ int run(const Options& options) {
       const bool is_said = stress.beyond_float &&
                            contestant.settings.precision == Precision::float32 &&
                            !contestant.is_default;
-      has_failed |= !contestant.renderer && !is_said && !row->assessment.is_right();
+      has_failed |=
+          !contestant.renderer && !is_said && row->refusal.empty() && !row->assessment.is_right();
       rows.push_back(*row);
     }
     print_scene(stress.scene.name, rows);

@@ -14,6 +14,8 @@
 
 #include "cli/film_image.h"
 #include "cli/names.h"
+#include "cli/radiosity_drawing.h"
+#include "radiosity/radiosity.h"
 #include "scene_files/scene_reader.h"
 
 namespace plumb::cli {
@@ -107,6 +109,20 @@ std::optional<Trial> try_method(const Scene& scene, const Settings& settings, co
                .samples = static_cast<double>(cost.samples),
                .brightest = std::max(tail.brightest, by_chance),
                .tail = tail};
+}
+
+std::optional<Trial> try_radiosity(const Scene& scene, const std::atomic<bool>& stop) {
+  const auto begin = std::chrono::steady_clock::now();
+  radiosity::Picture drawn = radiosity::draw(
+      scene, {.bounces = scene.request.bounces, .level = 1, .most_bytes = half_of_the_memory()},
+      {[](const std::string&) {}, &stop});
+  if (stop) return {};
+  Image image{scene.camera.width, scene.camera.height, {"R", "G", "B"}, std::move(drawn.rgb), {}};
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
+  return Trial{.picture = to_picture("test", std::move(image)),
+               .program = "",
+               .seconds = time.count(),
+               .tail = {}};
 }
 
 std::optional<Trial> try_renderer(const OtherRenderer& renderer, const Scene& scene,

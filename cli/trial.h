@@ -40,6 +40,10 @@ struct StressScene {
 std::optional<Trial> try_method(const Scene& scene, const Settings& settings, const Limits& limits,
                                 const std::atomic<bool>& stop);
 
+// Has radiosity compute its first two resolutions, of which it tells no noise. Returns nothing
+// after a stop. Throws as radiosity::draw() does.
+std::optional<Trial> try_radiosity(const Scene& scene, const std::atomic<bool>& stop);
+
 // Lets another renderer render with as many samples as fit into the seconds by a first small
 // picture; one that has no samples draws its draft. Returns nothing after a stop. Throws as
 // render_reference() does.

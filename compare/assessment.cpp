@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "compare/equivalence.h"
@@ -76,8 +77,11 @@ Assessment assess(Trial trial, Picture truth, double false_alarm) {
   const Pool& whole = sums.image.back();
   result.bias = (whole.test - whole.reference) / whole.reference;
   result.error = std::sqrt(whole.test_variance + whole.reference_variance) / whole.reference;
-  result.cost = trial.seconds * relative_square_error(trial.picture, truth);
-  result.seconds_to_one_percent = result.cost / 1e-4 * usual_pixels / whole.pixels;
+  result.cost = std::numeric_limits<double>::infinity();
+  if (trial.picture.knows_noise()) {
+    result.cost = trial.seconds * relative_square_error(trial.picture, truth);
+    result.seconds_to_one_percent = result.cost / 1e-4 * usual_pixels / whole.pixels;
+  }
   const bool is_noisy = result.seconds_to_one_percent > reasonable_seconds;
   result.outcome = is_biased(sums, trial, false_alarm) ? Outcome::biased
                    : is_noisy                          ? Outcome::noisy

@@ -29,9 +29,10 @@ struct Assessment {
   Outcome outcome = Outcome::breaks;
 
   // These describe the mean over the channels, and are not set if the outcome is `breaks`.
-  double bias = 0.0, error = 0.0;       // of the whole picture, and its standard error; relative
-  double cost = 0.0;                    // relMSE, without the truth's noise, times seconds
-  double seconds_to_one_percent = 0.0;  // for a picture of 256 x 256 pixels
+  double bias = 0.0, error = 0.0;  // of the whole picture, and its standard error; relative
+  double cost = 0.0;               // relMSE, without the truth's noise, times seconds; infinite
+                                   // for a picture without noise, which falls with none
+  double seconds_to_one_percent = 0.0;  // for a picture of 256 x 256 pixels, if it has noise
 
   bool is_right() const { return outcome == Outcome::holds || outcome == Outcome::noisy; }
 };

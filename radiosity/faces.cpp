@@ -43,7 +43,7 @@ void refuse_all_but_matte_polygons(const Scene& scene) {
     refused += "\n  a filter other than 'box': a pixel is the mean over its square";
   }
   if (refused.empty()) return;
-  throw std::invalid_argument("radiosity is for matte polygons, lamps among them, but there is:" +
+  throw Refusal("radiosity is for matte polygons, lamps among them, but there is:" +
                               refused);
 }
 

@@ -5,12 +5,19 @@
 #pragma once
 
 #include <span>
+#include <stdexcept>
 #include <vector>
 
 #include "radiosity/convex.h"
 #include "scene/scene.h"
 
 namespace plumb::radiosity {
+
+// That a scene has anything but matte polygons; says what.
+class Refusal : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
 
 // Where a flat thing lies, for who stands before a plane.
 enum class Place { before, across, inside, behind };

@@ -43,7 +43,7 @@ struct Settings {
 };
 
 // Refines until the picture's error is the wanted one, or until it is stopped or there is no memory
-// for more. Throws std::invalid_argument for a scene with anything but matte polygons,
+// for more. Throws Refusal (faces.h) for a scene with anything but matte polygons,
 // std::runtime_error if light doesn't fade or there is no memory for even the coarsest elements.
 Picture draw(const Scene& scene, const Settings& settings, const Work& work);
 

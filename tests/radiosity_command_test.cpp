@@ -34,7 +34,7 @@ TEST_F(RadiosityCommand, PictureTellsHowItWasMadeAndHowWrongItIs) {
   EXPECT_EQ(made.method, "radiosity");
   EXPECT_EQ(made.bounces, "1:3");
   EXPECT_EQ(made.precision, "double");
-  EXPECT_TRUE(contains(made.settings.value(), "elements="));
+  EXPECT_TRUE(contains(made.quality.value(), " elements"));
   for (const auto& number :
        {made.relative_error, made.image_floor, made.region_floor, made.wall_seconds}) {
     EXPECT_GT(number.value(), 0.0);
@@ -84,7 +84,7 @@ TEST_F(RadiosityCommand, WritesALesson) {
 TEST_F(RadiosityCommand, SaysWhatALessonTakes) {
   const auto refusal = [&](const std::string& options) {
     const Result result = plumb("radiosity " + options);
-    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_NE(result.exit_code, 0);
     return result.output;
   };
   EXPECT_TRUE(contains(refusal(cornell), "--output or --teach is required"));
@@ -99,7 +99,7 @@ TEST_F(RadiosityCommand, SaysWhatALessonTakes) {
 
 TEST_F(RadiosityCommand, RefusesWhatIsNoMattePolygonBeforeAnyFileIsWritten) {
   const Result result = plumb("radiosity " PLUMB_SCENES "/seed/scene.xml -o a.exr");
-  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.exit_code, 3);
   EXPECT_TRUE(contains(result.output, "is a sphere")) << result.output;
   EXPECT_FALSE(std::filesystem::exists(folder / "a.exr"));
 }
