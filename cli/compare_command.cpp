@@ -53,17 +53,6 @@ Amount parse_amount(const std::string& text) {
   return {number(0.0, 1e6)(text.substr(0, text.size() - 1)) / 100.0, true};
 }
 
-Window parse_window(const std::string& text) {
-  std::istringstream stream(text);
-  Window w;
-  char a = 0, b = 0, c = 0;
-  stream >> w.x >> a >> w.y >> b >> w.width >> c >> w.height;
-  const bool has_form = stream && stream.peek() == EOF && a == ',' && b == ',' && c == ',';
-  if (!has_form || w.x < 0 || w.y < 0 || w.width < 1 || w.height < 1)
-    refuse(text, "of the form X,Y,WIDTH,HEIGHT");
-  return w;
-}
-
 // Adds "--name FILE" or the like.
 template <typename Target>
 CLI::Option* add_plain(CLI::App& command, const std::string& name, const std::string& value,

@@ -24,6 +24,8 @@ std::string term_prefix(int replicate, size_t term) {
   return fmt::format("replicate{}.sum{}.", replicate, term);
 }
 
+bool is_sum(const std::string& channel) { return channel.starts_with("replicate"); }
+
 }  // namespace
 
 std::string host(int most_threads) {
@@ -66,8 +68,28 @@ Picture to_picture(const std::string& side, const Film& film) {
   return to_picture(side, to_image(film, false), static_cast<int>(replicates));
 }
 
-Image to_image(const RegionMask& mask, const Camera& camera) {
-  Image image{camera.width, camera.height, {"R", "G", "B"}, {}, {}};
+bool has_sums(const Image& image) { return std::ranges::any_of(image.channels, is_sum); }
+
+Image without_sums(Image image) {
+  const std::vector<std::string> channels = std::exchange(image.channels, {});
+  const std::vector<float> values = std::exchange(image.values, {});
+  std::ranges::remove_copy_if(channels, std::back_inserter(image.channels), is_sum);
+  for (size_t i = 0; i < values.size(); ++i) {
+    if (!is_sum(channels[i % channels.size()])) image.values.push_back(values[i]);
+  }
+  return image;
+}
+
+void put_into_picture(Image& image, const Window& window, int width, int height) {
+  if (window == Window{0, 0, width, height}) return;
+  image.left = window.x;
+  image.top = window.y;
+  image.display = {-window.x, -window.y, width, height};
+  image.provenance.crop = to_string(window);
+}
+
+Image to_image(const RegionMask& mask, const Window& window) {
+  Image image{window.width, window.height, {"R", "G", "B"}, {}, {}};
   // An odd factor modulo 2^24 gives every index another colour.
   const auto color = [](int region) { return unsigned(region + 1) * 0x9e3779U & 0xffffffU; };
   for (size_t i = 0; i < mask.names.size(); ++i) {
@@ -83,16 +105,13 @@ Image to_image(const RegionMask& mask, const Camera& camera) {
 }
 
 void add_part(Film& film, const Image& part, const SampleRange& samples) {
-  if (part.width != film.width() || part.height != film.height()) {
-    throw ImageError("not the same size as the parts before");
-  }
   const Film::Counts counts = samples_per_replicate(samples);
   for (int r = 0; r < Film::replicates; ++r) {
     if (counts[size_t(r)] == 0) continue;
     for (size_t k = 0; k < terms; ++k) {
       const std::vector<float> values = rgb_of(part, term_prefix(r, k));
       if (values.empty()) {
-        throw ImageError("lacks sums: only what --samples has rendered can be merged");
+        throw ImageError(lacks_sums);
       }
       film.add_sums(r, k == 0 ? counts[size_t(r)] : 0, values, 1.0);
     }

@@ -24,10 +24,19 @@ Image to_image(const Film& film, bool is_part);
 // The same for a comparison: its replicates are those that have samples.
 Picture to_picture(const std::string& side, const Film& film);
 
-// A colour for each region and black for none; the provenance says the regions' names.
-Image to_image(const RegionMask& mask, const Camera& camera);
+// Whether it has the sums of replicates, of which samples can be added; and an image without them.
+bool has_sums(const Image& image);
+Image without_sums(Image image);
+inline constexpr const char* lacks_sums =
+    "lacks sums: only what --samples has rendered can get more samples";
 
-// Adds the samples of a part. Throws ImageError if it has another size or lacks a sum.
+// Says in the image where its pixels lie in a picture of this size; nothing if they are all of it.
+void put_into_picture(Image& image, const Window& window, int width, int height);
+
+// A colour for each region and black for none; the provenance says the regions' names.
+Image to_image(const RegionMask& mask, const Window& window);
+
+// Adds the samples of a part, which has the film's window. Throws ImageError if it lacks a sum.
 void add_part(Film& film, const Image& part, const SampleRange& samples);
 
 // Processor (named by /proc on x86 only) and threads; 0: as many as the machine has.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -12,8 +11,8 @@
 #include <vector>
 
 #include "cli/commands.h"
-#include "cli/film_image.h"
 #include "cli/names.h"
+#include "cli/render_parts.h"
 #include "images/replicates.h"
 #include "images/rgb.h"
 #include "other_renderers/runner.h"
@@ -27,17 +26,6 @@ struct Options {
   bool is_last = false;
 };
 
-SampleRange join(std::vector<SampleRange> parts) {
-  std::ranges::sort(parts, {}, &SampleRange::first);
-  for (size_t i = 1; i < parts.size(); ++i) {
-    if (parts[i].first == parts[i - 1].last) continue;
-    throw ImageError(fmt::format("samples {} and {} {}", to_string(parts[i - 1]),
-                                 to_string(parts[i]),
-                                 parts[i].first < parts[i - 1].last ? "overlap" : "leave a gap"));
-  }
-  return {parts.front().first, parts.back().last};
-}
-
 // Calls `add` with one picture after the other, since all at once may be too large.
 template <typename Add>
 void for_each_part(const Options& options, Add add) {
@@ -49,32 +37,6 @@ void for_each_part(const Options& options, Add add) {
       throw ImageError(fmt::format("{}: {}", file, error.what()));
     }
   }
-}
-
-// Of what 'render --samples' has drawn.
-Image merge_samples(const Options& options) {
-  std::vector<SampleRange> parts;
-  std::optional<Film> film;
-  Provenance provenance;
-  for_each_part(options, [&](const Image& image) {
-    if (!image.provenance.samples) {
-      throw ImageError("not a part of a render: lacks samples");
-    }
-    parts.push_back(parse_samples(*image.provenance.samples));
-    if (!film) {
-      film.emplace(image.width, image.height);
-      film->set_brightness(image.provenance.brightness.value_or(1.0));
-      provenance = image.provenance;
-    } else {
-      add_part(provenance, image.provenance);
-    }
-    add_part(*film, image, parts.back());
-  });
-  provenance.samples = to_string(join(parts));
-  provenance.relative_error = film->relative_error();
-  Image whole = to_image(*film, !options.is_last);
-  whole.provenance = std::move(provenance);
-  return whole;
 }
 
 // Of pictures by another program, each of one seed: what 'reference --seeds' writes.
@@ -115,12 +77,16 @@ Image merge_seeds(const Options& options) {
 void run(const Options& options) {
   image_format(options.output);
   check_writable(options.output);
-  const bool is_ours = read_image(options.parts.front()).provenance.renderer == "plumbline";
-  const Image whole = is_ours ? merge_samples(options) : merge_seeds(options);
+  const Image first = read_data_window(options.parts.front(), false);
+  const bool is_ours = first.provenance.renderer == "plumbline";
+  const Image whole = is_ours ? merge_parts(options.parts, options.is_last) : merge_seeds(options);
   write_image(whole, options.output);
   const Provenance& made = whole.provenance;
-  fmt::print("{}: {} spp from {} parts{}\nwrote {}\n", made.scene.value_or(""),
+  fmt::print("{}: {} spp from {} parts{}{}\nwrote {}\n", made.scene.value_or(""),
              made.samples_per_pixel(), options.parts.size(),
+             made.crop ? fmt::format(", pixels {} of {}x{}", *made.crop, whole.display.width,
+                                     whole.display.height)
+                       : "",
              made.relative_error
                  ? fmt::format(", relative error {:.2f} %", 100.0 * *made.relative_error)
                  : "",
@@ -132,7 +98,7 @@ void run(const Options& options) {
 void add_merge(CLI::App& app, int&) {
   auto options = std::make_shared<Options>();
   CLI::App& command =
-      *app.add_subcommand("merge", "Put together what was drawn by samples or seeds");
+      *app.add_subcommand("merge", "Put together what was drawn by pixels, samples or seeds");
   add_option(command, "PART", "", options->parts, "The parts' .exr files, in any order")
       ->required();
   add_option(command, "-o,--output", "FILE", options->output,
@@ -140,16 +106,23 @@ void add_merge(CLI::App& app, int&) {
       ->required();
   command.add_flag("--last", options->is_last,
                    "Nothing will be added any more: leave out the sums that\n"
-                   "merging takes, as 'render --spp' does");
+                   "merging takes, as 'render --spp' does, and refuse parts\n"
+                   "of several crops that don't make up the picture");
   command.footer(R"(Example:
   plumb render scene.xml --samples 0:64 -o a.exr
   plumb render scene.xml --samples 64:128 -o b.exr
   plumb merge a.exr b.exr --last -o whole.exr
+  plumb render scene.xml --size 512x512 --crop 0,0,512,256 -o top.exr
+  plumb render scene.xml --size 512x512 --crop 0,256,512,256 -o bottom.exr
+  plumb merge top.exr bottom.exr --last -o whole.exr
 
-The whole has the bits that '--samples 0:128' would have given, and can be
-merged in turn. Parts that overlap, leave a gap or differ in scene, size, seed
-or method are refused. Pictures that 'reference --seeds 1' has another program
-draw give what more seeds at once would have, if named in the seeds' order.
+The whole has the bits that rendering it at once would have given, and can be
+merged in turn. Parts of the same pixels have to be drawn with --samples;
+several crops have to make up a rectangle, with the same samples. Parts that
+overlap, leave a gap or differ in scene, size, seed or method are refused.
+
+Pictures that 'reference --seeds 1' has another program draw give what more
+seeds at once would have, if named in the seeds' order.
 Exit codes: 0 done, 2 trouble.)");
   command.callback([options] { run(*options); });
 }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "faults/faults.h"
+#include "images/window.h"
 #include "renderer/settings.h"
 #include "scene/scene.h"
 #include "scene_files/region_mask.h"
@@ -99,6 +100,22 @@ std::pair<T, T> parse_pair(const std::string& text, char separator, T least, T m
 // "640x480", each side as in a scene file.
 inline std::pair<int, int> parse_size(const std::string& text) {
   return parse_pair(text, 'x', 1, largest_image_side);
+}
+
+// "16,0,640,480": x and y of the first pixel, width and height.
+inline std::string to_string(const Window& w) {
+  return fmt::format("{},{},{},{}", w.x, w.y, w.width, w.height);
+}
+
+inline Window parse_window(const std::string& text) {
+  std::istringstream stream(text);
+  Window w;
+  char a = 0, b = 0, c = 0;
+  stream >> w.x >> a >> w.y >> b >> w.width >> c >> w.height;
+  const bool has_form = stream && stream.peek() == EOF && a == ',' && b == ',' && c == ',';
+  if (!has_form || w.x < 0 || w.y < 0 || w.width < 1 || w.height < 1)
+    refuse(text, "of the form X,Y,WIDTH,HEIGHT");
+  return w;
 }
 
 // "0.01" or "1%".

@@ -48,7 +48,10 @@ int run(const Options& options) {
   check(options.outputs);
   const Scene scene = load_scene(options.scene);
   if (options.mask) {
-    write(to_image(region_mask(scene, *options.mask), scene.camera), options.outputs);
+    const Window window = window_of(options.crop, scene.camera);
+    Image mask = to_image(region_mask(scene, *options.mask, window), window);
+    put_into_picture(mask, window, scene.camera.width, scene.camera.height);
+    write(mask, options.outputs);
     return 0;
   }
   listen_for_interrupts();
@@ -80,6 +83,7 @@ void add_render(CLI::App& app, int& exit_code) {
   plumb render scene.xml --bounces 2:2 --spp 1024 -o two_bounces.exr
   plumb render scene.xml --by left_wall -o where_the_red_comes_from.exr
   plumb render scene.xml --aov object -o objects.png
+  plumb render scene.xml --size 8192x8192 --crop 0,0,8192,128 -o top.exr
 
 The first of the limits --spp, --time and --error to be reached ends the render.
 Ctrl-C saves what is finished. Exit codes: 0 done, 2 trouble, 130 interrupted.)");

@@ -71,6 +71,9 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
              "tell how many it takes, so that none is chosen for it");
   add_option(command, "--samples", "A:B", options.samples, parse_samples,
              "Samples A <= s < B of every pixel, for 'plumb merge'");
+  add_option(command, "--crop", "X,Y,W,H", options.crop, parse_window,
+             "Only these pixels, in the place that they have in the\n"
+             "picture, with the bits that they have there");
   add_option(command, "--method", "M", options.method, one_of(method_words),
              "How paths find lamps: bsdf (by chance), nee (lamps are\n"
              "sampled) or mis (both, weighted; default, unless every\n"
@@ -108,7 +111,12 @@ Rendering draw(Scene scene, RenderOptions options, const ProgressCallback& progr
         "--from and --by exclude faults of the integrator and method plain");
   }
   if (origin) select_light(*origin, options.settings);
-  Film film(scene.camera.width, scene.camera.height);
+  const Window window = window_of(options.crop, scene.camera);
+  if (options.crop && options.fault != Fault::none &&
+      description(options.fault).site == FaultSite::picture) {
+    throw std::invalid_argument("--crop excludes faults that are done to the finished picture");
+  }
+  Film film(window);
   const Cost cost = render(scene, options.settings, limits, film, progress, &stop);
   Rendering rendering{{}, cost, film.samples_per_pixel(), film.relative_error()};
   if (rendering.samples_per_pixel == 0) return rendering;
@@ -116,10 +124,19 @@ Rendering draw(Scene scene, RenderOptions options, const ProgressCallback& progr
   Image image = to_image(spoil(options.fault, film, scene), options.samples.has_value());
   image.provenance =
       describe(scene, options.settings, {first, first + rendering.samples_per_pixel}, film, cost);
+  put_into_picture(image, window, scene.camera.width, scene.camera.height);
   image.provenance.light = light_origin_words(options.scene);
   if (options.fault != Fault::none) image.provenance.fault = fault_name(options.fault);
   rendering.image = std::move(image);
   return rendering;
+}
+
+Window window_of(const std::optional<Window>& crop, const Camera& camera) {
+  const Window whole{0, 0, camera.width, camera.height};
+  const Window window = crop.value_or(whole);
+  if (intersection(window, whole) == window) return window;
+  throw std::invalid_argument(fmt::format("--crop {} reaches beyond the picture, which has {}x{}",
+                                          to_string(window), camera.width, camera.height));
 }
 
 std::string to_text(const Progress& progress) {
@@ -131,10 +148,11 @@ std::string to_text(const Progress& progress) {
 
 std::string summary(const Scene& scene, const Rendering& rendering) {
   const Cost& cost = rendering.cost;
-  return fmt::format("{}, {}x{}: {} spp in {:.2f} s ({}samples/s, {}rays/s), {}", scene.name,
-                     scene.camera.width, scene.camera.height, rendering.samples_per_pixel,
-                     cost.wall_seconds, rate(cost, cost.samples), rate(cost, cost.rays),
-                     error_text(rendering.relative_error));
+  const auto& crop = rendering.image->provenance.crop;
+  return fmt::format("{}, {}{}x{}: {} spp in {:.2f} s ({}samples/s, {}rays/s), {}", scene.name,
+                     crop ? *crop + " of " : "", scene.camera.width, scene.camera.height,
+                     rendering.samples_per_pixel, cost.wall_seconds, rate(cost, cost.samples),
+                     rate(cost, cost.rays), error_text(rendering.relative_error));
 }
 
 std::string why_no_picture(const Rendering& rendering) {

@@ -23,6 +23,7 @@ struct RenderOptions {
   Limits limits;
   std::optional<int64_t> spp;
   std::optional<SampleRange> samples;
+  std::optional<Window> crop;
   Fault fault = Fault::none;
   std::optional<Method> method;
   std::optional<Sampler> sampler;
@@ -46,7 +47,10 @@ Rendering draw(Scene scene, RenderOptions options, const ProgressCallback& progr
 // Where a render is, as a line.
 std::string to_text(const Progress& progress);
 
-// What a render took and gave, as a line.
+// The pixels that --crop asks for, or all. Throws std::invalid_argument if it reaches beyond them.
+Window window_of(const std::optional<Window>& crop, const Camera& camera);
+
+// What a render took and gave, as a line; it has an image.
 std::string summary(const Scene& scene, const Rendering& rendering);
 
 // That there is no picture, as a sentence.

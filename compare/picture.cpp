@@ -351,13 +351,15 @@ Names match(Picture& test, Picture& reference, const Names& wanted, bool negativ
 void reframe(Picture& picture, const Window& w) {
   Image& image = picture.image;
   const size_t stride = image.channels.size();
-  const auto row = size_t(std::min(w.width, image.width - w.x)) * stride;
+  const int left = std::max(w.x, 0), right = std::max(left, std::min(w.x + w.width, image.width));
+  const int top = std::max(w.y, 0), bottom = std::min(w.y + w.height, image.height);
   for (std::vector<float>* values : {&image.values, &picture.file_variances}) {
     if (values->empty()) continue;
-    std::vector<float> framed(size_t(w.width) * size_t(w.height) * stride);
-    for (int y = 0; y < std::min(w.height, image.height - w.y); ++y) {
-      std::copy_n(&(*values)[image.pixel(w.x, w.y + y) * stride], row,
-                  &framed[size_t(y) * size_t(w.width) * stride]);
+    std::vector<float> framed(size_t(w.pixel_count()) * stride);
+    for (int y = top; y < bottom; ++y) {
+      const size_t to = size_t(y - w.y) * size_t(w.width) + size_t(left - w.x);
+      std::copy_n(&(*values)[image.pixel(left, y) * stride], size_t(right - left) * stride,
+                  &framed[to * stride]);
     }
     *values = std::move(framed);
   }
@@ -373,9 +375,12 @@ void leave_out_overscan(Picture& test, Picture& reference) {
     const Window& display = picture->image.display;
     if (display.width == 0) continue;  // was not read: there is none
     if (display.width == picture->image.width && display.height == picture->image.height) continue;
+    const bool has_overscan = display.x >= 0 && display.y >= 0;
     reframe(*picture, display);
     picture->image.notes.emplace_back(
-        "What lies outside its display window was left out: the other picture has another frame.");
+        has_overscan ? "What lies outside its display window was left out: the other picture has "
+                       "another frame."
+                     : "What it lacks of its display window was taken as 0.");
   }
 }
 

@@ -145,11 +145,11 @@ struct Regions {
   }
 };
 
-// Makes a picture one of this window, which begins in it; black where it has no pixels.
+// Makes a picture one of this window; black where it has no pixels.
 void reframe(Picture& picture, const Window& window);
 
-// Unless both have the same frame, leaves out what lies outside the display windows, and notes
-// that.
+// Unless both have the same frame, makes them what they show: leaves out what lies outside the
+// display windows, takes what they lack of them as black, and notes that.
 void leave_out_overscan(Picture& test, Picture& reference);
 
 // Blackens on both sides what is not compared, so that no bad value there counts: pixels outside

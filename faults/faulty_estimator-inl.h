@@ -74,7 +74,7 @@ struct FaultyEstimator : Estimator<Lanes, true> {
         fault(job.settings.fault),
         is_webgl(fault == Fault::webgl_random || fault == Fault::webgl_demo),
         start(job.settings.seed),
-        width(static_cast<uint32_t>(job.film.width())) {}
+        width(static_cast<uint32_t>(job.scene.camera.width)) {}
 
   bool looks_into_mirrors() const { return !is_webgl; }
 

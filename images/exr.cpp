@@ -213,7 +213,10 @@ std::string encode_exr(const Image& image) {
   use_all_cores();
   const V2i corner(image.left, image.top);
   const Box2i box(corner, corner + V2i(image.width - 1, image.height - 1));
-  Imf::Header header(box, box);
+  const Window& shown = image.display;
+  const V2i first = corner + V2i(shown.x, shown.y);
+  const Box2i display(first, first + V2i(shown.width - 1, shown.height - 1));
+  Imf::Header header(shown.width > 0 ? display : box, box);
   header.compression() = Imf::ZIP_COMPRESSION;
   header.insert("Software", Imf::StringAttribute("Plumbline " PLUMB_VERSION));
   const auto& c = rec709;
@@ -239,7 +242,7 @@ std::string encode_exr(const Image& image) {
   return bytes.str();
 }
 
-StoredImage read_exr(const fs::path& file, const std::string& part) {
+StoredImage read_exr(const fs::path& file, const std::string& part, bool has_pixels) {
   use_all_cores();
   StoredImage stored;
   std::string problem = "not an EXR image";
@@ -263,9 +266,11 @@ StoredImage read_exr(const fs::path& file, const std::string& part) {
       fail(file, "cannot decode", "deep images hold no plain picture");
     }
     read_header(header, stored);
-    check_size(stored, file);
-    check_bytes(header, stored, file);
-    read_pixels(input, number, file, stored);
+    if (has_pixels) {
+      check_size(stored, stored.data, file);
+      check_bytes(header, stored, file);
+      read_pixels(input, number, file, stored);
+    }
   } catch (const Iex::BaseExc& error) {
     fail(file, problem, error.what());
   }

@@ -10,10 +10,12 @@
 
 namespace plumb {
 
-// A file of float32 channels with the image's provenance.
+// A file of float32 channels with the image's windows and provenance.
 std::string encode_exr(const Image& image);
 
-// A part by its name or number; empty for the first one. Throws ImageError.
-StoredImage read_exr(const std::filesystem::path& file, const std::string& part);
+// A part by its name or number; empty for the first one. Without pixels, the image has no values.
+// Throws ImageError.
+StoredImage read_exr(const std::filesystem::path& file, const std::string& part,
+                     bool has_pixels = true);
 
 }  // namespace plumb

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <string_view>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "images/exr.h"
@@ -96,8 +97,9 @@ void note_place(StoredImage& stored, const PixelWindow& frame) {
 }
 
 // Puts the pixels where the file shows them, in a frame of both windows.
-void place(StoredImage& stored) {
+void place(StoredImage& stored, const fs::path& file) {
   const PixelWindow frame = unite(stored.data, stored.display);
+  check_size(stored, frame, file);
   if (stored.orientation < 1 || stored.orientation > 8) stored.orientation = 1;
   note_place(stored, frame);
   Image& image = stored.image;
@@ -126,6 +128,15 @@ void place(StoredImage& stored) {
   image.values = std::move(placed);
 }
 
+void check_readable(const fs::path& file) {
+  const fs::file_status status = fs::status(file);
+  if (!fs::exists(status)) fail_with(file, "cannot open", ENOENT);
+  if (fs::is_directory(status)) fail_with(file, "cannot read", EISDIR);
+  if (!fs::is_regular_file(status)) fail(file, "cannot read", "not a regular file");
+  if (::access(file.c_str(), R_OK) != 0) fail_with(file, "cannot open");
+  if (fs::file_size(file) == 0) fail(file, "cannot read", "the file is empty");
+}
+
 }  // namespace
 
 ImageFormat image_format(const std::filesystem::path& file) {
@@ -147,18 +158,13 @@ void write_image(const Image& image, const std::filesystem::path& file, double e
 }
 
 Image read_image(const fs::path& file, const std::string& part, Integers integers) {
-  const fs::file_status status = fs::status(file);
-  if (!fs::exists(status)) fail_with(file, "cannot open", ENOENT);
-  if (fs::is_directory(status)) fail_with(file, "cannot read", EISDIR);
-  if (!fs::is_regular_file(status)) fail(file, "cannot read", "not a regular file");
-  if (::access(file.c_str(), R_OK) != 0) fail_with(file, "cannot open");
-  if (fs::file_size(file) == 0) fail(file, "cannot read", "the file is empty");
+  check_readable(file);
   const std::string format = extension_of(file);
   try {
     StoredImage stored =
         format == "exr" ? read_exr(file, part) : other_formats(file).read(file, format, part);
     if (integers == Integers::linear) make_linear(stored);
-    place(stored);
+    place(stored, file);
     for (std::string& name : stored.image.channels) name = printable(name);
     return std::move(stored.image);
   } catch (const ImageError&) {
@@ -168,6 +174,18 @@ Image read_image(const fs::path& file, const std::string& part, Integers integer
   } catch (const std::exception& error) {
     fail(file, "damaged image", error.what());
   }
+}
+
+Image read_data_window(const fs::path& file, bool has_pixels) {
+  check_readable(file);
+  StoredImage stored = read_exr(file, "", has_pixels);
+  const PixelWindow &data = stored.data, &display = stored.display;
+  Image& image = stored.image;
+  std::tie(image.left, image.top) = std::pair(int(data.x), int(data.y));
+  std::tie(image.width, image.height) = std::pair(int(data.width), int(data.height));
+  image.display = {int(display.x - data.x), int(display.y - data.y), int(display.width),
+                   int(display.height)};
+  return std::move(image);
 }
 
 }  // namespace plumb

@@ -11,21 +11,9 @@
 
 #include "images/output_file.h"
 #include "images/provenance.h"
+#include "images/window.h"
 
 namespace plumb {
-
-// The pixels x to x + width - 1 and y to y + height - 1; y points down.
-struct Window {
-  int x = 0, y = 0, width = 0, height = 0;
-};
-
-// Calls `use` with x and y of each pixel, row by row.
-template <typename Use>
-void for_each_pixel(const Window& w, Use use) {
-  for (int y = w.y; y < w.y + w.height; ++y) {
-    for (int x = w.x; x < w.x + w.width; ++x) use(x, y);
-  }
-}
 
 // A value per channel and pixel; rows from the top, channels interleaved. What was read is linear,
 // has the primaries of Rec. 709, and colours are multiplied by alpha.
@@ -36,7 +24,7 @@ struct Image {
   std::vector<float> values;
   Provenance provenance;
 
-  // Of what was read alone:
+  // Of what was read alone, but left, top and display:
   std::string encoding = {};  // as it was in the file, such as "uint8, srgb, made linear"
   std::string part = {};      // its name in the file or, without one, its number from 0
   std::vector<std::string> other_parts = {};  // of the file, which were not read
@@ -46,7 +34,8 @@ struct Image {
   std::map<std::string, std::string> tags = {};
   bool is_converted = false;  // from other primaries: colours that Rec. 709 lacks are negative
   int left = 0, top = 0;      // where the first pixel lies in the coordinates of the file's windows
-  Window display = {};        // what the file shows; what lies around it is overscan
+  // What the file shows, from the first pixel on; what lies around it is overscan. Of width 0: all.
+  Window display = {};
 
   // The number of a pixel.
   size_t pixel(int x, int y) const { return size_t(y) * size_t(width) + size_t(x); }
@@ -82,5 +71,10 @@ enum class Integers { linear, codes };
 // Throws ImageError, also for a picture that needs more than half of this machine's memory.
 Image read_image(const std::filesystem::path& file, const std::string& part = "",
                  Integers integers = Integers::linear);
+
+// Reads an EXR file as write_image() was given it: the pixels that it has, which may be some of
+// those that it shows, as they are stored. Without pixels, what its header says. Throws ImageError
+// as read_image() does.
+Image read_data_window(const std::filesystem::path& file, bool has_pixels = true);
 
 }  // namespace plumb

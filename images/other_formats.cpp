@@ -190,7 +190,7 @@ StoredImage read(const fs::path& file, const std::string& format, const std::str
   if (format == "tif" || format == "tiff") {
     stored.chromaticities = tiff_chromaticities(file, input->current_subimage());
   }
-  check_size(stored, file);
+  check_size(stored, stored.data, file);
   image.values.resize(spec.image_pixels() * static_cast<size_t>(spec.nchannels));
   if (!input->read_image(input->current_subimage(), 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT,
                          image.values.data())) {

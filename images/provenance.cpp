@@ -40,6 +40,7 @@ void for_each_field(Visit visit) {
   visit("settings", &P::settings, Of::render);
   visit("seed", &P::seed, Of::render);
   visit("samples", &P::samples, Of::picture);
+  visit("crop", &P::crop, Of::picture);
   visit("brightness", &P::brightness, Of::render);
   visit("replicates", &P::replicates, Of::render);
   visit("relativeError", &P::relative_error, Of::picture);
@@ -74,7 +75,7 @@ double Provenance::samples_per_pixel() const {
 }
 
 bool is_same_render(const Provenance& a, const Provenance& b) {
-  return first_difference(a, b).empty() && a.samples == b.samples;
+  return first_difference(a, b).empty() && a.samples == b.samples && a.crop == b.crop;
 }
 
 void add_part(Provenance& whole, const Provenance& part) {

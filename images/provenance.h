@@ -26,8 +26,9 @@ struct Provenance {
   std::optional<std::string> settings = {};  // the other program's own that differ, NAME=NUMBER
   std::optional<int> seed = {};              // the first one if there are several
   std::optional<std::string> samples = {};   // of every pixel: "64:128", the last one left out
-  std::optional<double> brightness = {};     // of the scene's brightest lamp
-  std::optional<int> replicates = {};        // independent pictures whose scatter gave the variance
+  std::optional<std::string> crop = {};   // "X,Y,W,H" of a picture of which it has no more pixels
+  std::optional<double> brightness = {};  // of the scene's brightest lamp
+  std::optional<int> replicates = {};     // independent pictures whose scatter gave the variance
   std::optional<double> relative_error = {};  // estimated, as for `plumb render --error`
   // By how much it may be wrong without any noise, as compare/card.h has it, in parts of 1.
   std::optional<double> image_floor = {}, region_floor = {};

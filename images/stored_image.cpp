@@ -34,8 +34,8 @@ int find_part(const std::vector<std::string>& names, const std::string& part,
   fail(file, fmt::format("no part '{}'", part), fmt::format("it has {}", fmt::join(known, ", ")));
 }
 
-void check_size(const StoredImage& stored, const std::filesystem::path& file) {
-  const PixelWindow frame = unite(stored.data, stored.display);
+void check_size(const StoredImage& stored, const PixelWindow& frame,
+                const std::filesystem::path& file) {
   if (stored.image.channels.empty()) fail(file, "cannot decode", "it has no channels");
   if (std::max(frame.width, frame.height) > std::numeric_limits<int>::max()) {
     fail(file, "picture too large", fmt::format("{} x {} pixels", frame.width, frame.height));

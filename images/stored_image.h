@@ -51,9 +51,10 @@ struct StoredImage {
 int find_part(const std::vector<std::string>& names, const std::string& part,
               const std::filesystem::path& file);
 
-// Throws ImageError if the picture has no channels or would need more than half of this machine's
-// memory, or of what the process may have of it (`ulimit -m`): a header can claim any size, and a
-// few bytes can stand for many pixels of one colour.
-void check_size(const StoredImage& stored, const std::filesystem::path& file);
+// Throws ImageError if the picture has no channels or if these pixels of it would need more than
+// half of this machine's memory, or of what the process may have of it (`ulimit -m`): a header can
+// claim any size, and a few bytes can stand for many pixels of one colour.
+void check_size(const StoredImage& stored, const PixelWindow& frame,
+                const std::filesystem::path& file);
 
 }  // namespace plumb

@@ -103,7 +103,8 @@ std::pair<Words, Labels> mask(const Scene& scene, const std::string& kind) {
 }
 
 Picture mask_picture(const Scene& scene, const std::string& kind) {
-  return to_picture("mask", to_image(region_mask(scene, one_of(region_words)(kind)), scene.camera));
+  return to_picture("mask", to_image(region_mask(scene, one_of(region_words)(kind)),
+                                     cli::window_of({}, scene.camera)));
 }
 
 std::pair<Picture, std::string> render_scene(const Scene& scene, const Words& words,

@@ -3,7 +3,6 @@
 #include "renderer/film.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -11,8 +10,7 @@
 
 namespace plumb {
 
-Film::Film(int width, int height)
-    : width_(width), height_(height), sums_(size_t(pixel_count()) * replicates * 3) {}
+Film::Film(const Window& window) : window_(window), sums_(size_t(pixel_count()) * replicates * 3) {}
 
 Film::Counts samples_per_replicate(const SampleRange& samples) {
   Film::Counts counts;
@@ -71,37 +69,30 @@ Film::Moments Film::moments(int64_t pixel) const {
       scatter += weight * off * off;
       weights += weight;
     }
-    result.mean[c] = mean;
-    result.variance[c] = knows_variance() ? scatter / (1.0 + weights) : 0.0;
+    result.mean[c] = static_cast<float>(mean);
+    if (knows_variance()) result.variance[c] = static_cast<float>(scatter / (1.0 + weights));
   }
   return result;
 }
 
-template <class Pick>
-std::vector<float> Film::collect(Pick pick) const {
+std::vector<float> Film::collect(std::array<float, 3> Moments::* part) const {
   std::vector<float> values;
   values.reserve(size_t(pixel_count()) * 3);
   for (int64_t p = 0; p < pixel_count(); ++p) {
-    for (const double value : pick(moments(p))) values.push_back(static_cast<float>(value));
+    const Moments pixel = moments(p);
+    values.insert(values.end(), (pixel.*part).begin(), (pixel.*part).end());
   }
   return values;
 }
 
-std::vector<float> Film::mean() const {
-  return collect([](const Moments& m) { return m.mean; });
-}
-std::vector<float> Film::variance() const {
-  return collect([](const Moments& m) { return m.variance; });
-}
-
 double Film::relative_error() const {
   if (!knows_variance()) return std::numeric_limits<double>::infinity();
-  double sum = 0.0;
+  RelativeError error;
   for (int64_t p = 0; p < pixel_count(); ++p) {
     const auto [mean, variance] = moments(p);
-    for (size_t c = 0; c < 3; ++c) sum += relative_square(variance[c], mean[c]);
+    for (size_t c = 0; c < 3; ++c) error.add(variance[c], mean[c]);
   }
-  return std::sqrt(sum / static_cast<double>(3 * pixel_count()));
+  return error.value();
 }
 
 template <class Pick>

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "images/exact_sum.h"
+#include "images/window.h"
 #include "renderer/settings.h"
 
 namespace plumb {
@@ -27,15 +28,18 @@ class Film {
   static constexpr int replicates = 4;
   using Counts = std::array<int64_t, replicates>;
 
-  Film(int width, int height);
+  // A film of some of a picture's pixels, or of a whole picture.
+  explicit Film(const Window& window);
+  Film(int width, int height) : Film(Window{0, 0, width, height}) {}
 
   // About the largest radiance of a sample, on which the exactness of sums depends (SumGrid);
   // render() says the scene's.
   void set_brightness(double brightness) { grid_ = SumGrid(brightness); }
 
-  int width() const { return width_; }
-  int height() const { return height_; }
-  int64_t pixel_count() const { return int64_t{width_} * height_; }
+  const Window& window() const { return window_; }
+  int width() const { return window_.width; }
+  int height() const { return window_.height; }
+  int64_t pixel_count() const { return window_.pixel_count(); }
 
   // A pass begins, opens each pixel before it adds to it, and ends when every pixel has received
   // the samples; ranges must not overlap. begin_pass() again discards an unfinished pass: so a film
@@ -43,7 +47,7 @@ class Film {
   void begin_pass() { next_.resize(sums_.size()); }
   void end_pass(SampleRange samples);
 
-  // `pixel` counts along rows from the top left corner.
+  // `pixel` counts along the window's rows from its top left corner.
   void open_pixel(size_t pixel) {
     std::copy_n(&sums_[pixel * replicates * 3], replicates * 3, &next_[pixel * replicates * 3]);
   }
@@ -67,11 +71,10 @@ class Film {
 
   // Mean radiance, and the variance of that mean (unbiased; zero while it is not
   // known): width * height * 3 values, rows from the top, RGB.
-  std::vector<float> mean() const;
-  std::vector<float> variance() const;
+  std::vector<float> mean() const { return collect(&Moments::mean); }
+  std::vector<float> variance() const { return collect(&Moments::variance); }
 
-  // Relative root mean square error, estimated: sqrt(mean of variance / (mean^2 + 0.01)) over
-  // pixels and channels. Infinite while the variance is not known.
+  // RelativeError of mean() and variance(). Infinite while the variance is not known.
   double relative_error() const;
 
   // The replicates' own means, in the layout of mean(); `replicate` must have samples.
@@ -83,20 +86,18 @@ class Film {
  private:
   // Of a pixel, RGB.
   struct Moments {
-    std::array<double, 3> mean{};
-    std::array<double, 3> variance{};  // of that mean
+    std::array<float, 3> mean{};
+    std::array<float, 3> variance{};  // of that mean
   };
   Moments moments(int64_t pixel) const;
-  template <class Pick>
-  std::vector<float> collect(Pick pick) const;
+  std::vector<float> collect(std::array<float, 3> Moments::* part) const;
   template <class Pick>
   std::vector<float> collect_sums(int replicate, Pick pick) const;
 
   // Where the sum of the value that is number i of mean() is.
   static size_t index_of(size_t i, int r) { return (i / 3 * replicates + size_t(r)) * 3 + i % 3; }
 
-  int width_;
-  int height_;
+  Window window_;
   SumGrid grid_;
   std::vector<ExactSum> sums_;
   std::vector<ExactSum> next_;  // the sums with the pass under way

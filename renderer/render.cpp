@@ -54,7 +54,7 @@ bool is_done(const Limits& limits, const Progress& progress) {
 class Pilot {
  public:
   Pilot(const Film& picture, const Settings& settings, double relative_error)
-      : film_(picture.width(), picture.height()), settings_(settings), goal_(relative_error) {
+      : film_(picture.window()), settings_(settings), goal_(relative_error) {
     settings_.seed ^= 0x80000000U;  // no caller's
   }
 
@@ -108,9 +108,10 @@ int64_t trace_job(const TraceJob<PlainScene>& job) {
   int64_t rays = 0;
   for (int64_t pixel; (pixel = job.next_pixel++) < job.film.pixel_count();) {
     job.film.open_pixel(size_t(pixel));
+    const int64_t seen = job.film.window().number_in_picture(pixel, job.scene.model.camera.width);
     for (int64_t sample = job.samples.first; sample < job.samples.last; ++sample) {
       const Vec3 radiance =
-          trace_path(job.scene, job.settings, pixel, sample, job.is_abandoned, rays);
+          trace_path(job.scene, job.settings, seen, sample, job.is_abandoned, rays);
       if (job.is_abandoned(0)) return rays;
       job.film.add(size_t(pixel), size_t(sample % Film::replicates), &radiance.x, 1);
     }

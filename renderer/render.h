@@ -54,8 +54,9 @@ struct Progress {
 // Called after each pass, on the calling thread.
 using ProgressCallback = std::function<void(const Progress&)>;
 
-// Adds samples to the film. Setting `stop` ends the render with the pass under way or, if that
-// takes more than half a second, without it. The film always holds whole passes, or nothing.
+// Adds samples to the film, whose window lies within the scene's picture: its pixels get the bits
+// that they have in the whole one. Setting `stop` ends the render with the pass under way or, if
+// that takes more than half a second, without it. The film always holds whole passes, or nothing.
 Cost render(const Scene& scene, const Settings& settings, const Limits& limits, Film& film,
             const ProgressCallback& progress = {}, const std::atomic<bool>* stop = nullptr);
 

@@ -110,13 +110,16 @@ class RegionFinder {
 }  // namespace
 
 RegionMask region_mask(const Scene& scene, RegionKind kind) {
-  const int width = scene.camera.width;
-  const int height = scene.camera.height;
+  return region_mask(scene, kind, {0, 0, scene.camera.width, scene.camera.height});
+}
+
+RegionMask region_mask(const Scene& scene, RegionKind kind, const Window& window) {
   const RegionFinder finder(scene, kind);
-  std::vector<std::string> names(size_t(width) * size_t(height));
-  tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x)
-      names[size_t(y) * size_t(width) + size_t(x)] = finder.of_pixel(x, y);
+  std::vector<std::string> names(size_t(window.pixel_count()));
+  tbb::parallel_for(0, window.height, [&](int y) {
+    const size_t row = size_t(y) * size_t(window.width);
+    for (int x = 0; x < window.width; ++x)
+      names[row + size_t(x)] = finder.of_pixel(window.x + x, window.y + y);
   });
   RegionMask mask;
   std::map<std::string, int> indices{{"", -1}};

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "images/window.h"
 #include "scene/scene.h"
 
 namespace plumb {
@@ -16,11 +17,14 @@ enum class RegionKind { object, side, shadow };
 
 struct RegionMask {
   std::vector<std::string> names;
-  std::vector<int> regions;  // an index into `names` for each pixel, row by row; -1: none
+  // An index into `names` for each pixel of a window, row by row; -1: none.
+  std::vector<int> regions;
 };
 
 // A pixel belongs to a region if all of a grid of points in it, its corners among them, do. Mirrors
 // are taken for what they are, not for what they show; a lamp is no part of any shadow.
-RegionMask region_mask(const Scene& scene, RegionKind kind);
+// The window lies within the picture.
+RegionMask region_mask(const Scene& scene, RegionKind kind, const Window& window);
+RegionMask region_mask(const Scene& scene, RegionKind kind);  // of the whole picture
 
 }  // namespace plumb

@@ -324,6 +324,123 @@ TEST_F(CliTest, MergedPartsEqualTheWhole) {
   EXPECT_EQ(last.values, at_once.values);
 }
 
+// All of a file but costs and machine, which stand in the provenance.
+void expect_same_file(const Image& a, const Image& b) {
+  EXPECT_EQ(a.width, b.width);
+  EXPECT_EQ(a.height, b.height);
+  EXPECT_EQ(a.channels, b.channels);
+  EXPECT_EQ(a.values, b.values);
+  EXPECT_EQ(a.provenance.samples, b.provenance.samples);
+  EXPECT_EQ(a.provenance.crop, b.provenance.crop);
+  EXPECT_EQ(a.provenance.rays, b.provenance.rays);
+  EXPECT_EQ(a.provenance.relative_error, b.provenance.relative_error);
+}
+
+TEST_F(CliTest, ACropIsThePlaceOfThePictureThatItSays) {
+  for (const std::string settings : {"--spp 7", "--spp 2 --method plain", "--samples 3:9"}) {
+    const Image whole = render("scene.xml " + settings);
+    render("scene.xml --crop 2,1,5,3 " + settings);
+    const Image crop = read_data_window(folder / "rendered.exr");
+    EXPECT_EQ(crop.width, 5);
+    EXPECT_EQ(crop.height, 3);
+    EXPECT_EQ(crop.left, 2);
+    EXPECT_EQ(crop.top, 1);
+    EXPECT_EQ(crop.display, (Window{-2, -1, 8, 6}));
+    EXPECT_EQ(crop.provenance.crop.value(), "2,1,5,3");
+    ASSERT_EQ(crop.channels, whole.channels);
+    const size_t stride = whole.channels.size();
+    for_each_pixel({0, 0, 5, 3}, [&](int x, int y) {
+      for (size_t c = 0; c < stride; ++c) {
+        EXPECT_EQ(crop.values[crop.pixel(x, y) * stride + c],
+                  whole.values[whole.pixel(x + 2, y + 1) * stride + c]);
+      }
+    });
+  }
+  const Result whole = plumb("render scene.xml --spp 2 --crop 0,0,8,6 -o all.exr");
+  EXPECT_EQ(whole.exit_code, 0);
+  expect_same_file(read_image(folder / "all.exr"), render("scene.xml --spp 2"));
+}
+
+TEST_F(CliTest, ACropsMaskAndPictureAreComparedWhereTheyAre) {
+  render("scene.xml --spp 64");
+  fs::rename(folder / "rendered.exr", folder / "whole.exr");
+  render("scene.xml --spp 64 --crop 4,2,4,4");
+  ASSERT_EQ(plumb("render scene.xml --aov object --crop 4,2,4,4 -o mask.exr").exit_code, 0);
+  const Result result = plumb("compare rendered.exr whole.exr --crop 4,2,4,4 --regions mask.exr");
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+}
+
+TEST_F(CliTest, CropsInAnyOrderEqualTheWhole) {
+  const auto draw = [&](const std::string& name, const std::string& words) {
+    ASSERT_EQ(plumb("render scene.xml " + words + " -o " + name + ".exr").exit_code, 0);
+  };
+  for (const char* samples : {"--spp 9", "--samples 0:9"}) {
+    draw("top", std::string(samples) + " --crop 0,0,8,1");
+    draw("left", std::string(samples) + " --crop 0,1,3,5");
+    draw("right", std::string(samples) + " --crop 3,1,5,5");
+    const Image whole = render(std::string("scene.xml ") + samples);
+    ASSERT_EQ(plumb("merge right.exr top.exr left.exr -o all.exr").exit_code, 0);
+    expect_same_file(read_image(folder / "all.exr"), whole);
+    const Result below = plumb("merge right.exr left.exr -o below.exr");
+    EXPECT_NE(below.out.find("pixels 0,1,8,5 of 8x6"), std::string::npos) << below.out;
+    ASSERT_EQ(plumb("merge below.exr top.exr --last -o all.exr").exit_code, 0);
+    expect_same_file(read_image(folder / "all.exr"), render("scene.xml --spp 9"));
+  }
+}
+
+TEST_F(CliTest, PartsByPixelsAndSamplesEqualTheWhole) {
+  std::string parts;
+  for (const std::string crop : {"0,4,8,2", "0,0,8,4"}) {
+    for (const std::string samples : {"5:9", "0:4", "4:5"}) {
+      const std::string name = samples + "-" + crop + ".exr";
+      const std::string words = " --samples " + samples + " --crop " + crop;
+      ASSERT_EQ(plumb("render scene.xml" + words + " -o " + name).exit_code, 0);
+      parts += " " + name;
+    }
+  }
+  ASSERT_EQ(plumb("merge" + parts + " -o all.exr").exit_code, 0);
+  expect_same_file(read_image(folder / "all.exr"), render("scene.xml --samples 0:9"));
+  ASSERT_EQ(plumb("merge" + parts + " --last -o all.exr").exit_code, 0);
+  expect_same_file(read_image(folder / "all.exr"), render("scene.xml --spp 9"));
+}
+
+TEST_F(CliTest, CropsThatDontMakeUpThePictureAreRefused) {
+  const std::pair<std::string, std::string> parts[] = {
+      {"a", "--spp 4 --crop 0,0,4,6"},         {"b", "--spp 4 --crop 4,0,4,3"},
+      {"c", "--spp 4 --crop 3,3,5,3"},         {"d", "--spp 4 --crop 5,3,3,3"},
+      {"more", "--spp 5 --crop 4,0,4,6"},      {"sums", "--samples 0:4 --crop 4,0,4,6"},
+      {"right", "--spp 4 --crop 4,0,4,6"},     {"early", "--samples 0:2 --crop 4,0,4,6"},
+      {"late", "--samples 3:4 --crop 4,0,4,6"}};
+  for (const auto& [name, words] : parts) {
+    ASSERT_EQ(plumb("render scene.xml " + words + " -o " + name + ".exr").exit_code, 0);
+  }
+  const std::pair<std::string, std::string> cases[] = {
+      {"a b", "no part has pixels 4,3,4,3"},
+      {"d b a", "no part has pixels 4,3,1,3"},
+      {"b d", "no part has pixels 4,3,1,3"},
+      {"b --last", ""},
+      {"b c a", "a.exr and c.exr overlap: both have pixels 3,3,1,3"},
+      {"a more", "pixels 0,0,4,6 have samples 0:4, pixels 4,0,4,6 0:5"},
+      {"a early late", "samples 0:2 and 3:4 of pixels 4,0,4,6 leave a gap"},
+      {"a right late", "right.exr: lacks sums"},
+      {"b right --last", "overlap: both have pixels 4,0,4,3"}};
+  for (const auto& [names, fragment] : cases) {
+    std::istringstream stream(names);
+    std::string words = "merge";
+    for (std::string name; stream >> name;) words += " " + name + (name[0] == '-' ? "" : ".exr");
+    if (fragment.empty()) {
+      EXPECT_EQ(plumb(words + " -o new.exr").exit_code, 0) << "a crop alone may be finished";
+      fs::remove(folder / "new.exr");
+    } else {
+      expect_trouble(words + " -o new.exr", fragment);
+    }
+  }
+  EXPECT_EQ(plumb("merge a.exr sums.exr -o new.exr").exit_code, 0) << "sums are not needed";
+  fs::remove(folder / "new.exr");
+  expect_trouble("render scene.xml --crop 4,0,5,6 -o new.exr", "beyond the picture, which has 8x6");
+  expect_trouble("render scene.xml --crop 0,0,4,3 --fault flipped -o new.exr", "--crop excludes");
+}
+
 TEST_F(CliTest, MergeRefusesWhatDoesNotBelongTogether) {
   const std::pair<std::string, std::string> parts[] = {
       {"a", "scene.xml --samples 0:8"},

@@ -51,6 +51,25 @@ std::vector<Settings> all_settings() {
   return all;
 }
 
+TEST(Determinism, WhichOtherPixelsAreDrawnDoesNotMatter) {
+  const Window window{13, 4, 21, 30};
+  for (const char* name : {"cornell", "seed", "trees"}) {
+    for (const Settings& settings : all_settings()) {
+      const Scene scene = small(name);
+      const std::vector<float> whole = render_film(scene, settings, {0, 10}).mean();
+      Film film(window);
+      render(scene, settings, {.samples = {0, 10}}, film);
+      const std::vector<float> crop = film.mean();
+      for (int64_t i = 0; i < film.pixel_count(); ++i) {
+        const auto pixel = window.number_in_picture(i, scene.camera.width);
+        for (size_t c = 0; c < 3; ++c) {
+          ASSERT_EQ(crop[size_t(i) * 3 + c], whole[size_t(pixel) * 3 + c]) << name << " " << i;
+        }
+      }
+    }
+  }
+}
+
 TEST(Determinism, TheNumberOfThreadsDoesNotMatter) {
   for (const char* name : {"cornell", "seed", "trees"}) {
     for (Settings settings : all_settings()) {

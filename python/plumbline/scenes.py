@@ -100,7 +100,8 @@ def _scene(scene: Scene | PathLike) -> Scene:
 
 
 def render(scene: Scene | PathLike, *, spp: int | None = None, time: float | None = None,
-           error: float | str | None = None, samples: tuple[int, int] | str | None = None, seed: int | None = None,
+           error: float | str | None = None, samples: tuple[int, int] | str | None = None,
+           crop: tuple[int, int, int, int] | str | None = None, seed: int | None = None,
            bounces: tuple[int, int | None] | str | None = None, size: tuple[int, int] | str | None = None,
            method: Literal["bsdf", "nee", "mis", "plain"] | None = None,
            sampler: Literal["sobol", "independent"] | None = None,
@@ -112,14 +113,16 @@ def render(scene: Scene | PathLike, *, spp: int | None = None, time: float | Non
     "1%") to be reached ends the render. bounces=(2, 5) lets only light of so many bounces reach the
     picture, (2, None) that of 2 and more. The same scene, seed and samples give the same bits on any
     number of threads; a default seed is 1. from_="left_wall" leaves only light that came straight from
-    that shape (or several) to what is seen, by= what it has reflected. `plumb render --help` says what the words mean.
+    that shape (or several) to what is seen, by= what it has reflected. crop=(x, y, width, height)
+    draws these pixels alone, with the bits that they have in the whole picture: its arrays have them,
+    and its file says where they lie. `plumb render --help` says what the words mean.
 
     `progress` is True for a line on standard error, or gets such lines. Ctrl-C ends the render
     within a second. Warns of what was chosen to fit the scene."""
     own = _scene(scene)
-    said = words(spp=spp, time=time, error=error, samples=span(samples), seed=seed, bounces=span(bounces),
-                 size=joined(size, "x"), method=method, sampler=sampler, precision=precision, threads=threads,
-                 from_=joined(from_, ","), by=joined(by, ","), fault=fault)
+    said = words(spp=spp, time=time, error=error, samples=span(samples), crop=joined(crop, ","), seed=seed,
+                 bounces=span(bounces), size=joined(size, "x"), method=method, sampler=sampler,
+                 precision=precision, threads=threads, from_=joined(from_, ","), by=joined(by, ","), fault=fault)
     with shown(progress) as show:
         held, summary = _core.render(own._held, said, show)
     warn_of_notices()

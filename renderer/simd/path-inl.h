@@ -44,7 +44,7 @@ class LaneSamples {
       const uint32_t bit = 1u << lane;
       const uint32_t busy = busy_.get();
       if ((busy & bit) != 0) {
-        job_.film.add(pixel_[lane], replicate_[lane], values + lane, lanes);
+        job_.film.add(on_film_[lane], replicate_[lane], values + lane, lanes);
       }
       busy_.set(take_next(lane) ? busy | bit : busy & ~bit);
     }
@@ -91,14 +91,15 @@ class LaneSamples {
         end_pixel_ = std::min(next_pixel_ + pixels_at_once, job_.film.pixel_count());
         if (next_pixel_ == end_pixel_) return false;
       }
-      pixel_[lane] = static_cast<uint32_t>(next_pixel_);
-      const int64_t row = next_pixel_ / job_.film.width();
-      x_[lane] = static_cast<T>(next_pixel_ - row * job_.film.width());
-      y_[lane] = static_cast<T>(row);
+      const int64_t width = job_.scene.camera.width;
+      const int64_t pixel = job_.film.window().number_in_picture(next_pixel_, width);
+      pixel_[lane] = static_cast<uint32_t>(pixel);
+      x_[lane] = static_cast<T>(pixel % width);
+      y_[lane] = static_cast<T>(pixel / width);
+      on_film_[lane] = size_t(next_pixel_++);
       sample_[lane] = job_.samples.first;
-      job_.film.open_pixel(pixel_[lane]);
+      job_.film.open_pixel(on_film_[lane]);
       if (!filter_.offsets.empty()) fit_filter(lane);
-      ++next_pixel_;
     }
     const auto sample = static_cast<uint64_t>(sample_[lane]);
     replicate_[lane] = static_cast<uint32_t>(sample % Film::replicates);
@@ -114,8 +115,8 @@ class LaneSamples {
       const T last = filter_.share_below(static_cast<T>(size) - middle);
       share = (filter_.crosses_border ? T{1} : last) - first;
     };
-    cut(x_[lane], job_.film.width(), left_[lane], width_[lane]);
-    cut(y_[lane], job_.film.height(), top_[lane], height_[lane]);
+    cut(x_[lane], job_.scene.camera.width, left_[lane], width_[lane]);
+    cut(y_[lane], job_.scene.camera.height, top_[lane], height_[lane]);
   }
 
   Real<D> place(const T* pixel, Real<D> u, const T* first, const T* share) const {
@@ -138,6 +139,7 @@ class LaneSamples {
   int64_t next_pixel_ = 0;
   int64_t end_pixel_ = 0;
   int64_t sample_[lanes];
+  size_t on_film_[lanes] = {};
   alignas(64) uint32_t pixel_[lanes] = {};
   alignas(64) uint32_t replicate_[lanes] = {};
   alignas(64) uint32_t index_[lanes] = {};

@@ -53,6 +53,21 @@ def test_a_seed_has_the_same_bits_on_any_number_of_threads(draw):
     assert (one.radiance != draw(16, seed=4).radiance).any()
 
 
+def test_a_crop_has_the_pixels_of_the_picture_and_knows_their_place(draw, tmp_path):
+    whole, crop = draw(16), draw(16, crop=(10, 20, 30, 7))
+    assert crop.radiance.shape == (7, 30, 3)
+    assert (crop.radiance == whole.radiance[20:27, 10:40]).all()
+    assert (crop.variance == whole.variance[20:27, 10:40]).all()
+    assert crop.provenance["crop"] == "10,20,30,7" and "crop" not in whole.provenance
+    crop.write(tmp_path / "crop.exr")
+    for part in (crop, tmp_path / "crop.exr"):
+        assert plumbline.compare(part, whole, crop=(10, 20, 30, 7), tolerance=0).same
+        assert plumbline.compare(part, whole).different
+    assert plumbline.compare(crop, draw(16, crop=(10, 20, 30, 7)), tolerance=0).same
+    with pytest.raises(plumbline.ArgumentError, match="beyond the picture"):
+        draw(16, crop=(60, 0, 5, 5))
+
+
 def test_bounces_add_up(draw):
     whole, direct, rest = draw(16), draw(16, bounces=(0, 1)), draw(16, bounces=(2, None))
     # The same samples: what differs is the rounding of sums in float.
