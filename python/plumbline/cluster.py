@@ -45,6 +45,12 @@ from typing import Any
 TRIES = 3
 # A merge reads so many parts at most: a tree of them is flat, and no task waits for long.
 FAN_IN = 8
+# Those of pictures cut by pixels have as many bytes as what is made of them.
+FAN_IN_OF_CROPS = 64
+# A task draws so many pixels at most: its film has 384 bytes for each, 0.4 GB.
+MOST_PIXELS = 2**20
+# So many samples take half a minute of a core.
+SAMPLES = 2**27
 PICTURE = "picture.exr"
 
 
@@ -120,32 +126,58 @@ def bundle(file):
     return next(iter(files)), files
 
 
-def pixels_of(files, name, words):
+def size_of(files, name, words):
     size = words[words.index("--size") + 1] if "--size" in words else "x".join(
         ([*re.findall(rf'"{side}"\s+value="(\d+)"', files[name].decode(errors="replace")), "512"])[0]
         for side in ("width", "height"))
-    width, height = map(int, size.split("x"))
-    return width * height
+    return tuple(map(int, size.split("x")))
+
+
+def crops_of(width, height, spp):
+    """Rectangles (x, y, width, height) that make up the picture, some for each of its rows or for several, so that
+    spp samples of one make a task."""
+    if width * height <= MOST_PIXELS:
+        return [[(0, 0, width, height)]]
+    pixels = min(MOST_PIXELS, max(1024, SAMPLES // spp))
+    rows = max(1, pixels // width)
+    return [[(x, y, min(pixels, width - x), min(rows, height - y)) for x in range(0, width, min(pixels, width))]
+            for y in range(0, height, rows)]
 
 
 def render(scene: str | os.PathLike[str], spp: int, words: Iterable[object] = (),
            samples_per_task: int | None = None) -> Task:
-    """The task whose result is the picture that `plumb render --spp` draws, bit for bit: of parts by samples
-    and a tree of merges. A part takes half a minute of a core, but has samples enough to be worth its bytes."""
+    """The task whose result is the picture that `plumb render --spp` draws, bit for bit: of parts and a tree of
+    merges. A part takes half a minute of a core. Pictures of more than MOST_PIXELS are cut by pixels, others by
+    samples, each part of which has enough to be worth its bytes; with `samples_per_task` both are."""
     name, files = bundle(scene)
     words = tuple(map(str, words))
-    each = samples_per_task or max(256, 2**27 // pixels_of(files, name, words))
+    width, height = size_of(files, name, words)
+    rows = crops_of(width, height, samples_per_task or spp)
+    is_whole = len(rows) == len(rows[0]) == 1
+    each = samples_per_task or (max(256, SAMPLES // (width * height)) if is_whole else spp)
     label = f"render-{pathlib.Path(name).parent.name}"
 
-    def part(*range_words):
-        return Task(label, ("render", name, *words, *range_words, "-o", f"result/{PICTURE}"), files)
+    def part(crop, *range_words):
+        crop_words = () if is_whole else ("--crop", ",".join(map(str, crop)))
+        return Task(label, ("render", name, *words, *crop_words, *range_words, "-o", f"result/{PICTURE}"), files)
 
-    if spp <= each:
-        return part("--spp", str(spp))
-    parts = [part("--samples", f"{first}:{min(first + each, spp)}") for first in range(0, spp, each)]
-    while len(parts) > FAN_IN:
-        parts = [merge(parts[i:i + FAN_IN]) for i in range(0, len(parts), FAN_IN)]
-    return merge(parts, "--last")
+    def all_samples(crop):
+        if spp <= each:
+            return part(crop, "--spp", str(spp))
+        parts = [part(crop, "--samples", f"{first}:{min(first + each, spp)}") for first in range(0, spp, each)]
+        return merge_in_turn(parts, FAN_IN, "--last")
+
+    if is_whole:
+        return all_samples(rows[0][0])
+    bands = [merge_in_turn([all_samples(crop) for crop in row], FAN_IN_OF_CROPS) for row in rows]
+    return merge_in_turn(bands, FAN_IN_OF_CROPS, "--last")
+
+
+def merge_in_turn(parts, at_once, *last_words):
+    """So many at once, as a tree; one part alone needs none."""
+    while len(parts) > at_once:
+        parts = [merge(parts[i:i + at_once]) for i in range(0, len(parts), at_once)]
+    return merge(parts, *last_words) if len(parts) > 1 else parts[0]
 
 
 def merge(parts: Sequence[Task], *words: str) -> Task:

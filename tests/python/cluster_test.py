@@ -76,6 +76,28 @@ def test_a_render_has_the_same_bits_however_it_is_cut(study, tmp_path, samples):
     assert picture(study.file(task)) == drawn_at_once(tmp_path, "render", CORNELL, *SMALL, "--spp", 250)
 
 
+@pytest.mark.parametrize(("most", "samples"), [(120, None), (120, 4), (10, None)])
+def test_a_large_picture_is_cut_by_pixels(study, tmp_path, monkeypatch, most, samples):
+    monkeypatch.setattr(cluster, "MOST_PIXELS", most)
+    monkeypatch.setattr(cluster, "FAN_IN_OF_CROPS", 3)
+    goal = cluster.render(CORNELL, 9, SMALL, samples)
+    assert study.run([goal]) == []
+    assert picture(study.file(goal)) == drawn_at_once(tmp_path, "render", CORNELL, *SMALL, "--spp", 9)
+
+
+@pytest.mark.parametrize(("width", "height", "spp"), [(8192, 8192, 64), (8192, 8192, 65536), (7680, 4320, 2**20), (3, 2**19, 1)])
+def test_the_crops_of_a_picture_are_small_and_make_it_up(width, height, spp):
+    row = 0
+    for crops in cluster.crops_of(width, height, spp):
+        column = 0
+        for x, y, w, h in crops:
+            assert (x, y) == (column, row) and 0 < w * h <= cluster.MOST_PIXELS
+            column += w
+        assert column == width
+        row += crops[0][3]
+    assert row == height
+
+
 def test_a_key_says_all_that_a_result_depends_on(tmp_path):
     scene = box(tmp_path)
     keys = {cluster.render(scene, *arguments).key
