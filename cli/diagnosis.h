@@ -9,39 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "cli/suspects.h"
 #include "compare/explanation.h"
-#include "faults/faults.h"
 #include "renderer/film.h"
 #include "scene/scene.h"
 
 namespace plumb::cli {
-
-struct Planting {
-  Fault fault;
-  std::optional<double> number = {};  // other than the usual one
-};
-
-// What may be wrong, and how well it explains the picture.
-struct Suspect {
-  std::vector<Planting> plantings;  // in the order of Fault
-  bool has_mis = true;              // else lamps are sampled without it (nee)
-
-  // The squared differences that are left (Yardstick), of blocks and of pixels, with a penalty for
-  // each choice: the logarithm of the number of values (Schwarz, "Estimating the dimension of a
-  // model", Annals of Statistics 6(2), 1978).
-  double blocks = 0, pixels = 0;
-  double blocks_error = 0, pixels_error = 0;  // the standard deviations of these
-  double explained = 0;     // the part of the picture's squared difference from the reference
-  double number_error = 0;  // of an exposure
-  std::optional<Film> film = {};
-  Agreement agreement = {};
-};
-
-// "`five-bounces` (8) and `flipped`"; what is in parentheses is a number other than the usual one.
-std::string name_of(const Suspect& suspect);
-
-// Of neighbours; above it the picture was filtered.
-constexpr double much_shared_noise = 0.15;
 
 struct Diagnosis {
   Film reference;

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "cli/suspect_search.h"
+
+#include <algorithm>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+#include <limits>
+
+#include "cli/film_image.h"
+#include "compare/sums.h"
+
+namespace plumb::cli {
+namespace {
+
+// The first look takes a part of the reference's samples; the best
+// suspects get more in two steps, and as many as the reference what is claimed.
+constexpr int64_t first_part = 64, second_part = 16, last_part = 4;
+constexpr size_t kept_first = 6, kept_second = 3, kept_numbers = 3;
+
+// Suspects whose squares are above the best one's by so many of their standard deviations are out.
+constexpr double out = 5.0;
+
+// Samples of all pixels that the first look takes at least, if that is not too many for each.
+constexpr int64_t first_look = int64_t{1} << 19;
+
+}  // namespace
+
+Picture matched(Picture& test, const Film& film) {
+  Picture model = to_picture("reference", film);
+  match(test, model, {"R", "G", "B"}, true);
+  return model;
+}
+
+SuspectSearch::SuspectSearch(SuspectPictures& pictures, Picture& test, const Picture& healthy,
+                             const Regions& regions, bool by_neighbours, int64_t samples)
+    : pictures_(pictures),
+      test_(test),
+      regions_(regions),
+      score_(test, healthy, by_neighbours),
+      by_neighbours_(by_neighbours),
+      samples_(samples) {}
+
+Picture SuspectSearch::model_of(const Suspect& suspect, const Film& film) {
+  Picture model = matched(test_, film);
+  if (repeats_noise(suspect)) std::ranges::fill(model.variance_channels, std::nullopt);
+  return model;
+}
+
+// Judges a suspect by so many samples; returns whether it changes anything. An exposure that comes
+// last gets the best number.
+bool SuspectSearch::judge(Suspect& suspect, int64_t samples) {
+  const std::optional<Film>& film = pictures_.of(suspect, samples);
+  if (!film) return false;
+  Film model = *film;
+  for (Planting& p : suspect.plantings) {
+    if (is_drawn(p)) continue;
+    if (p.fault == Fault::exposure && &p == &suspect.plantings.back()) {
+      const auto factor = score_.best_factor(matched(test_, model));
+      p.number = factor.value;
+      suspect.number_error = factor.error;
+    }
+    model = spoil(p.fault, std::move(model), pictures_.scene(), p.number);
+  }
+  last_model_ = model_of(suspect, model);
+  score_.measure(suspect, last_model_);
+  suspect.film = std::move(model);
+  return true;
+}
+
+void SuspectSearch::judge_all(std::vector<Suspect>& suspects, int64_t samples) {
+  for (Suspect& suspect : suspects) judge(suspect, samples);
+}
+
+std::vector<Suspect> SuspectSearch::look_for(std::vector<Suspect> suspects) {
+  const int64_t pixels = int64_t{test_.image.width} * test_.image.height;
+  const int64_t last = samples_ / last_part;
+  const int64_t first = std::clamp(first_look / pixels, samples_ / first_part, last);
+  const int64_t second = std::max(first, samples_ / second_part);
+  std::vector<Suspect> seen;
+  for (const Suspect& suspect : suspects) {
+    if (!look(suspect, first, seen)) {
+      idle_.push_back(suspect.plantings.front().fault);
+      continue;
+    }
+    for (size_t i = 0; i < suspect.plantings.size(); ++i) {
+      if (!suspect.plantings[i].number) try_numbers(suspect, i, first, seen);
+    }
+  }
+  if (seen.empty()) return seen;
+  seen = best(std::move(seen), kept_first);
+  judge_all(seen, second);
+  seen = best(std::move(seen), kept_second);
+  fit_numbers(*std::ranges::min_element(seen, {}, score_.what_counts()), second);
+  judge_all(seen, last);
+  for (Suspect& suspect : seen) agree(suspect);
+  rank(seen);
+  return seen;
+}
+
+bool SuspectSearch::look(Suspect suspect, int64_t samples, std::vector<Suspect>& seen) {
+  ++tried_;
+  if (!judge(suspect, samples)) return false;
+  add_exposed(suspect, seen);
+  suspect.film.reset();
+  seen.push_back(std::move(suspect));
+  return true;
+}
+
+// Of the planting with this index: on from the usual one to both sides as long as blocks become
+// better, if they are ordered; else all.
+void SuspectSearch::try_numbers(const Suspect& usual, size_t index, int64_t samples,
+                                std::vector<Suspect>& seen) {
+  const FaultDescription& row = description(usual.plantings[index].fault);
+  if (row.numbers.size() < 2 || row.fault == Fault::exposure) return;
+  const auto blocks_with = [&](double number) {
+    Suspect other = usual;
+    other.plantings[index].number = number;
+    if (!look(std::move(other), samples, seen)) return std::numeric_limits<double>::infinity();
+    return seen.back().blocks;
+  };
+  const double at_usual = seen.back().blocks;
+  std::vector<double> numbers = row.numbers;
+  if (!row.has_order()) {
+    for (size_t i = 1; i < numbers.size() && std::isfinite(blocks_with(numbers[i]));) ++i;
+    return;
+  }
+  std::ranges::sort(numbers);
+  const auto start = std::ranges::find(numbers, row.numbers.front()) - numbers.begin();
+  for (const int step : {-1, 1}) {
+    double before = at_usual;
+    for (auto i = start + step; i >= 0 && i < std::ssize(numbers); i += step) {
+      const double blocks = blocks_with(numbers[static_cast<size_t>(i)]);
+      if (!(blocks < before)) break;
+      before = blocks;
+    }
+  }
+}
+
+// The same as was judged last with another exposure, if that is better by far for blocks.
+void SuspectSearch::add_exposed(const Suspect& suspect, std::vector<Suspect>& seen) {
+  auto exposed = both(suspect, {{{Fault::exposure}}});
+  if (!exposed || exposed->plantings.back().fault != Fault::exposure) return;
+  const auto factor = score_.best_factor(last_model_);
+  exposed->plantings.back().number = factor.value;
+  exposed->blocks = factor.squares + score_.penalty_of(*exposed);
+  exposed->pixels = std::numeric_limits<double>::infinity();  // not known yet
+  ++tried_;
+  if (exposed->blocks < suspect.blocks) seen.push_back(*exposed);
+}
+
+// By blocks and by pixels, so many of each, with few numbers of the same faults, and of what is out
+// at most one. What adds to another one has to be better by far.
+std::vector<Suspect> SuspectSearch::best(std::vector<Suspect> suspects, size_t count) const {
+  std::vector<Suspect> those;
+  for (const int side : {block_side, 1}) {
+    const auto by = side == 1 ? &Suspect::pixels : &Suspect::blocks;
+    const auto error = side == 1 ? &Suspect::pixels_error : &Suspect::blocks_error;
+    std::ranges::sort(suspects, {}, by);
+    size_t taken = 0;
+    for (const Suspect& suspect : suspects) {
+      const bool is_out =
+          suspect.*by - out * suspect.*error > suspects.front().*by + out * score_.deviation(side);
+      if (taken == count || (taken > 1 && is_out)) break;
+      const auto is_like = [&](const Suspect& other) { return have_same_faults(suspect, other); };
+      const auto is_known = [&](const Suspect& other) {
+        return name_of(suspect) == name_of(other);
+      };
+      const auto suffices = [&](const Suspect& other) {
+        return adds_to(suspect, other) && other.*by - out * other.*error < suspect.*by;
+      };
+      if (std::ranges::any_of(suspects, suffices)) continue;
+      const bool is_new = std::ranges::none_of(those, is_known);
+      if (is_new && std::ranges::count_if(those, is_like) >= std::ptrdiff_t{kept_numbers}) {
+        continue;
+      }
+      ++taken;
+      if (is_new) those.push_back(suspect);
+    }
+  }
+  return those;
+}
+
+void SuspectSearch::rank(std::vector<Suspect>& suspects) const {
+  std::ranges::stable_sort(suspects, {}, [by = score_.what_counts()](const Suspect& s) {
+    return std::pair(s.agreement.is_refuted, s.*by);
+  });
+  std::vector<Suspect> those;
+  for (Suspect& suspect : suspects) {
+    const auto makes_idle = [&](const Suspect& better) {
+      return have_same_faults(suspect, better) ||
+             (!better.agreement.is_refuted && adds_to(suspect, better));
+    };
+    if (std::ranges::none_of(those, makes_idle)) those.push_back(std::move(suspect));
+  }
+  suspects = std::move(those);
+}
+
+// Finds the number of each continuous fault between those that were tried.
+void SuspectSearch::fit_numbers(Suspect& suspect, int64_t samples) {
+  for (size_t i = 0; i < suspect.plantings.size(); ++i) {
+    const FaultDescription& row = description(suspect.plantings[i].fault);
+    const bool follows = row.fault == Fault::exposure && i + 1 == suspect.plantings.size();
+    if (!row.is_continuous || follows) continue;
+    std::vector<double> numbers = row.numbers;
+    std::ranges::sort(numbers);
+    numbers.insert(numbers.begin(), numbers.front() * numbers.front() / numbers[1]);
+    numbers.push_back(numbers.back() * numbers.back() / numbers[numbers.size() - 2]);
+    const double start = suspect.plantings[i].number.value_or(row.numbers.front());
+    const auto at = std::clamp(std::ranges::lower_bound(numbers, start) - numbers.begin(),
+                               std::ptrdiff_t{1}, std::ssize(numbers) - 2);
+    const auto left = [&](double log) {
+      suspect.plantings[i].number = std::exp(log);
+      judge(suspect, samples);
+      return suspect.*score_.what_counts();
+    };
+    constexpr int bits = 10;
+    std::uintmax_t steps = 12;
+    const auto found = boost::math::tools::brent_find_minima(
+        left, std::log(numbers[size_t(at) - 1]), std::log(numbers[size_t(at) + 1]), bits, steps);
+    suspect.plantings[i].number = std::exp(found.first);
+  }
+}
+
+std::vector<Suspect> SuspectSearch::pairs_with(Suspect first) const {
+  for (Planting& p : first.plantings) {  // whose numbers stay
+    if (const auto& numbers = description(p.fault).numbers; !numbers.empty()) {
+      p.number = p.number.value_or(numbers.front());
+    }
+  }
+  std::vector<Suspect> pairs;
+  for (const Suspect& second : all_suspects(pictures_.scene())) {
+    const auto pair = both(first, second);
+    if (pair && std::ranges::count(idle_, second.plantings[0].fault) == 0) pairs.push_back(*pair);
+  }
+  return pairs;
+}
+
+void SuspectSearch::agree(Suspect& suspect) {
+  const Picture model = model_of(suspect, *suspect.film);
+  const bool shares_noise =
+      may_share_noise(suspect) && shared_noise(test_, model) > much_shared_noise;
+  suspect.agreement = agreement(test_, model, regions_,
+                                false_alarm / static_cast<double>(std::max<size_t>(tried_, 1)),
+                                by_neighbours_, shares_noise ? block_side : 1);
+}
+
+void SuspectSearch::examine(Suspect& suspect, int64_t samples) {
+  judge(suspect, samples);
+  agree(suspect);
+}
+
+}  // namespace plumb::cli

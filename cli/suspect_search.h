@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// Looks for the suspects that explain a picture best: many by a few samples, the best ones by more.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cli/suspect_pictures.h"
+#include "cli/suspect_score.h"
+#include "cli/suspects.h"
+#include "compare/picture.h"
+
+namespace plumb::cli {
+
+class SuspectSearch {
+ public:
+  // The reference has so many samples per pixel, and its picture, which is matched, is `healthy`.
+  // `by_neighbours` says that the noise of `test` is as those tell. Pictures and `test` outlive
+  // this.
+  SuspectSearch(SuspectPictures& pictures, Picture& test, const Picture& healthy,
+                const Regions& regions, bool by_neighbours, int64_t samples);
+
+  // The best of these suspects and of their other numbers and exposures, with films, the likeliest
+  // first.
+  std::vector<Suspect> look_for(std::vector<Suspect> suspects);
+
+  // The suspect with each of the whole table that goes with it and changes anything.
+  std::vector<Suspect> pairs_with(Suspect first) const;
+
+  // What agrees first, then by what is left. Of suspects that differ in their numbers alone the
+  // best one stays, and nothing that adds to one that agrees.
+  void rank(std::vector<Suspect>& suspects) const;
+
+  // Renders it with so many samples and says whether it agrees.
+  void examine(Suspect& suspect, int64_t samples);
+
+  size_t tried() const { return tried_; }
+
+ private:
+  bool judge(Suspect& suspect, int64_t samples);
+  void judge_all(std::vector<Suspect>& suspects, int64_t samples);
+  bool look(Suspect suspect, int64_t samples, std::vector<Suspect>& seen);
+  void try_numbers(const Suspect& usual, size_t index, int64_t samples, std::vector<Suspect>& seen);
+  void add_exposed(const Suspect& suspect, std::vector<Suspect>& seen);
+  std::vector<Suspect> best(std::vector<Suspect> suspects, size_t count) const;
+  void fit_numbers(Suspect& suspect, int64_t samples);
+  void agree(Suspect& suspect);
+  Picture model_of(const Suspect& suspect, const Film& film);
+
+  SuspectPictures& pictures_;
+  Picture& test_;
+  const Regions& regions_;
+  SuspectScore score_;
+  bool by_neighbours_;
+  int64_t samples_;
+  size_t tried_ = 0;
+  std::vector<Fault> idle_;  // which change nothing in this scene
+  Picture last_model_;       // that was judged
+};
+
+// A film as the reference of the picture.
+Picture matched(Picture& test, const Film& film);
+
+}  // namespace plumb::cli
