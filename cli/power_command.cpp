@@ -113,7 +113,7 @@ class Plantings {
       seconds += render(scene, settings, limits, film, {}, &stop_requested).wall_seconds;
       if (stop_requested) return "";
       line.show(fmt::format("{}, {}: {} spp", scene.name, fault_name(fault), goal));
-      const std::string seen = look(fault, spoil(fault, film, scene), seconds, step);
+      const std::string seen = look(fault, spoil(fault, film, scene, settings), seconds, step);
       if (found.empty()) found = seen;
       const bool is_known = !found.empty() && goal >= converged_samples;
       if (is_known || film.samples_per_pixel() < goal || seconds >= options_.seconds) break;
@@ -122,9 +122,9 @@ class Plantings {
       found = fmt::format("not found | with {} spp | in {:.3g} s | {}", film.samples_per_pixel(),
                           seconds, baseline_cells_);
     }
-    return fmt::format("| {} | {} | {} | {} |", scene.name, fault_name(fault),
-                       true_change(judge(spoil(fault, film, scene), healthy_, 0).comparison),
-                       found);
+    return fmt::format(
+        "| {} | {} | {} | {} |", scene.name, fault_name(fault),
+        true_change(judge(spoil(fault, film, scene, settings), healthy_, 0).comparison), found);
   }
 
  private:

@@ -121,7 +121,8 @@ Rendering draw(Scene scene, RenderOptions options, const ProgressCallback& progr
   Rendering rendering{{}, cost, film.samples_per_pixel(), film.relative_error()};
   if (rendering.samples_per_pixel == 0) return rendering;
   const int64_t first = limits.samples.first;
-  Image image = to_image(spoil(options.fault, film, scene), options.samples.has_value());
+  Image image =
+      to_image(spoil(options.fault, film, scene, options.settings), options.samples.has_value());
   image.provenance =
       describe(scene, options.settings, {first, first + rendering.samples_per_pixel}, film, cost);
   put_into_picture(image, window, scene.camera.width, scene.camera.height);

@@ -99,7 +99,7 @@ const std::optional<Film>& SuspectPictures::of(const Suspect& suspect, int64_t s
     Film film(scene.camera.width, scene.camera.height);
     draw(scene, settings, samples, name_of(suspect), film);
     for (const Planting& p : what.plantings) {
-      film = spoil(p.fault, std::move(film), scene, p.number);
+      film = spoil(p.fault, std::move(film), scene, settings, p.number);
     }
     const Film& healthy = base(what.has_mis ? Method::mis : Method::nee, samples);
     if (film.replicate_mean(0) == healthy.replicate_mean(0)) {

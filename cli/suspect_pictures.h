@@ -33,6 +33,7 @@ class SuspectPictures {
   void refine_reference(int64_t samples);
   const Film& reference() const { return reference_; }
   const Scene& scene() const { return scene_; }
+  const Settings& settings() const { return settings_; }
 
   // What is rendered for a suspect, without what is done to finished pictures; nothing if that
   // changes no pixel. It is the suspect's own film of so many samples or, if that has less noise,

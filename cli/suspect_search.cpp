@@ -60,7 +60,7 @@ bool SuspectSearch::judge(Suspect& suspect, int64_t samples) {
       p.number = factor.value;
       suspect.number_error = factor.error;
     }
-    model = spoil(p.fault, std::move(model), pictures_.scene(), p.number);
+    model = spoil(p.fault, std::move(model), pictures_.scene(), pictures_.settings(), p.number);
   }
   last_model_ = model_of(suspect, model);
   score_.measure(suspect, last_model_);

@@ -76,13 +76,14 @@ bool have_same_faults(const Suspect& a, const Suspect& b) {
 }
 
 bool is_drawn(const Planting& planting) {
-  return description(planting.fault).site != FaultSite::picture;
+  return description(planting.fault).site != FaultSite::picture ||
+         planting.fault == Fault::smeared_indirect;
 }
 
 bool may_share_noise(const Suspect& suspect) {
-  constexpr Fault those[] = {Fault::gaussian_filter, Fault::blackman_harris_filter,
-                             Fault::mitchell_filter, Fault::blurred,
-                             Fault::smeared,         Fault::denoised};
+  constexpr Fault those[] = {
+      Fault::gaussian_filter, Fault::blackman_harris_filter, Fault::mitchell_filter, Fault::blurred,
+      Fault::smeared,         Fault::smeared_indirect,       Fault::denoised};
   return std::ranges::any_of(suspect.plantings, [&](const Planting& p) {
     return std::ranges::find(those, p.fault) != std::end(those);
   });

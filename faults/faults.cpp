@@ -7,6 +7,7 @@
 
 #include "faults/clamp.h"
 #include "faults/trace_faulty.h"
+#include "faults/view.h"
 #include "images/srgb.h"
 
 namespace plumb {
@@ -43,6 +44,13 @@ void turn_glass_inside_out(Scene& scene) {
 void shift_half_pixels(Camera& camera, double times) {
   const double half_pixel = camera.half_width() / camera.width;
   camera.forward += (camera.right - camera.up) * (half_pixel * times);
+}
+
+// The camera's rays go where they went, and its axes tell trace_faulty() how far away they begin,
+// in radii of the scene.
+void clip_near(Scene& scene, double part) {
+  const double depth = look_at(scene).depth_at(part) / scene.radius();
+  for (Vec3* axis : {&scene.camera.forward, &scene.camera.right, &scene.camera.up}) *axis *= depth;
 }
 
 void take_other_axis(Camera& camera) {
@@ -164,6 +172,7 @@ void plant(Fault fault, Scene& scene, Settings& settings, std::optional<double> 
     case Fault::one_sided_walls: return set_sides(scene, false);
     case Fault::two_sided_walls: return set_sides(scene, true);
     case Fault::other_diagonal: return split_otherwise(scene);
+    case Fault::near_clipped: clip_near(scene, n); break;
     case Fault::clamp_indirect: dim(scene, clamped_at / n); break;  // which spoil() undoes
     case Fault::webgl_demo:
       cut_after(std::min(settings.bounces.last, 5), settings);

@@ -48,7 +48,9 @@ enum class Fault : int {
   one_sided_walls,
   two_sided_walls,
   other_diagonal,
+  near_clipped,
   // What is done to pictures, in the order in which it is done.
+  smeared_indirect,
   far_clipped,
   flipped,
   mirrored,
@@ -97,7 +99,8 @@ const FaultDescription& description(Fault fault);
 void plant(Fault fault, Scene& scene, Settings& settings, std::optional<double> number = {});
 
 // The film with what plant() has left to do, so that mean and variance are those of the spoilt
-// picture. `scene` is the one that the film shows.
-Film spoil(Fault fault, const Film& film, const Scene& scene, std::optional<double> number = {});
+// picture. `scene` and `settings` are those that the film was rendered with.
+Film spoil(Fault fault, const Film& film, const Scene& scene, const Settings& settings,
+           std::optional<double> number = {});
 
 }  // namespace plumb

@@ -7,8 +7,9 @@
 
 #include "faults/clamp.h"
 #include "faults/faults.h"
+#include "faults/view.h"
 #include "images/srgb.h"
-#include "scene/surfaces.h"
+#include "renderer/render.h"
 
 namespace plumb {
 namespace {
@@ -144,28 +145,6 @@ Kernel mitchell() {
   return kernel;
 }
 
-// What the middle of each pixel sees: which surface, and how far away along the camera's axis. Of
-// the sky that is -1 and 0.
-struct View {
-  std::vector<std::ptrdiff_t> surfaces;
-  std::vector<double> depths;
-};
-
-View look_at(const Scene& scene) {
-  constexpr double margin = 1e-7;
-  const std::vector<Surface> all = list_surfaces(scene);
-  View view;
-  for (int y = 0; y < scene.camera.height; ++y) {
-    for (int x = 0; x < scene.camera.width; ++x) {
-      const Ray ray{scene.camera.origin, scene.camera.direction(x + 0.5, y + 0.5)};
-      const auto [surface, depth] = find_nearest(all, ray, margin);
-      view.surfaces.push_back(surface != nullptr ? surface - all.data() : -1);
-      view.depths.push_back(surface != nullptr ? depth : 0.0);
-    }
-  }
-  return view;
-}
-
 // What is done to a picture's values.
 using Change = std::function<void(Values)>;
 
@@ -191,21 +170,58 @@ Change change_of(Fault fault, const Scene& scene, double n) {
     case Fault::smeared:
       return [n, view = look_at(scene)](Values v) { v.convolve(gaussian(n), view.surfaces); };
     case Fault::far_clipped:
-      return [n, view = look_at(scene)](Values v) {
-        v.blacken(view.depths, n * *std::ranges::max_element(view.depths));
-      };
+      return [n, view = look_at(scene)](Values v) { v.blacken(view.depths, n * view.farthest()); };
     case Fault::denoised: return [](Values v) { v.denoise(); };
     default: return {};
   }
 }
 
+// Of the film's samples, the light that has met one surface at most.
+Film direct_light(const Film& film, const Scene& scene, Settings settings) {
+  settings.bounces.last = std::min(settings.bounces.last, 1);
+  Film direct(film.width(), film.height());
+  render(scene, settings, {.samples = {0, film.samples_per_pixel()}}, direct);
+  return direct;
+}
+
+// The film with other values for each replicate.
+Film film_of(const Film& film, const std::array<std::vector<float>, Film::replicates>& replicates) {
+  const auto& counts = film.samples_per_replicate();
+  Film result(film.width(), film.height());
+  for (size_t r = 0; r < replicates.size(); ++r) {
+    if (counts[r] == 0) continue;
+    result.add_sums(static_cast<int>(r), counts[r], replicates[r], double(counts[r]));
+  }
+  return result;
+}
+
+Film smear_indirect(const Film& film, const Scene& scene, const Settings& settings, double pixels) {
+  const Film direct = direct_light(film, scene, settings);
+  View view = look_at(scene);
+  for (size_t i = 0; i < view.surfaces.size(); ++i) {  // a pixel of a mirror is by itself
+    if (view.shows_others[i]) view.surfaces[i] = -2 - static_cast<std::ptrdiff_t>(i);
+  }
+  std::array<std::vector<float>, Film::replicates> replicates;
+  for (size_t r = 0; r < replicates.size(); ++r) {
+    if (film.samples_per_replicate()[r] == 0) continue;
+    const std::vector<float> sharp = direct.replicate_mean(static_cast<int>(r));
+    std::vector<float>& all = replicates[r] = film.replicate_mean(static_cast<int>(r));
+    std::ranges::transform(all, sharp, all.begin(), std::minus{});
+    Values(all, scene.camera).convolve(gaussian(pixels), view.surfaces);
+    std::ranges::transform(all, sharp, all.begin(), std::plus{});
+  }
+  return film_of(film, replicates);
+}
+
 }  // namespace
 
-Film spoil(Fault fault, const Film& film, const Scene& scene, std::optional<double> number) {
+Film spoil(Fault fault, const Film& film, const Scene& scene, const Settings& settings,
+           std::optional<double> number) {
   if (fault == Fault::none) return film;
   const auto& numbers = description(fault).numbers;
-  const Change change =
-      change_of(fault, scene, number.value_or(numbers.empty() ? 0.0 : numbers.front()));
+  const double n = number.value_or(numbers.empty() ? 0.0 : numbers.front());
+  if (fault == Fault::smeared_indirect) return smear_indirect(film, scene, settings, n);
+  const Change change = change_of(fault, scene, n);
   if (!change) return film;
   std::vector<float> mean = film.mean();
   change({mean, scene.camera});
@@ -221,13 +237,10 @@ Film spoil(Fault fault, const Film& film, const Scene& scene, std::optional<doub
         static_cast<double>(counts[r]) / static_cast<double>(film.samples_per_pixel());
     for (size_t i = 0; i < off.size(); ++i) off[i] -= share * double{replicates[r][i]};
   }
-  Film result(film.width(), film.height());
-  for (size_t r = 0; r < replicates.size(); ++r) {
-    if (counts[r] == 0) continue;
-    for (size_t i = 0; i < off.size(); ++i) replicates[r][i] += static_cast<float>(off[i]);
-    result.add_sums(static_cast<int>(r), counts[r], replicates[r], double(counts[r]));
+  for (std::vector<float>& values : replicates) {
+    for (size_t i = 0; i < values.size(); ++i) values[i] += static_cast<float>(off[i]);
   }
-  return result;
+  return film_of(film, replicates);
 }
 
 }  // namespace plumb

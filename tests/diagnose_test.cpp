@@ -31,7 +31,7 @@ Scene small(const std::string& name) {
 Film film_of(Scene scene, Fault fault, std::optional<double> number = {}) {
   Settings settings{.seed = 1, .bounces = {}};
   plant(fault, scene, settings, number);
-  return spoil(fault, render_film(scene, settings, {0, 16}), scene, number);
+  return spoil(fault, render_film(scene, settings, {0, 16}), scene, settings, number);
 }
 
 // Set-ups
@@ -57,9 +57,9 @@ TEST(SetUps, TurnedTwiceArePicturesAsBefore) {
   const Scene scene = small("seed");
   const Film film = film_of(scene, Fault::none);
   for (const Fault fault : {Fault::flipped, Fault::mirrored}) {
-    const Film once = spoil(fault, film, scene);
+    const Film once = spoil(fault, film, scene, {});
     EXPECT_NE(once.mean(), film.mean());
-    const std::vector<float> first = film.mean(), twice = spoil(fault, once, scene).mean();
+    const std::vector<float> first = film.mean(), twice = spoil(fault, once, scene, {}).mean();
     for (size_t i = 0; i < twice.size(); ++i) {
       EXPECT_FLOAT_EQ(twice[i], first[i]);  // but for the rounding of sums
     }
@@ -76,7 +76,7 @@ TEST(SetUps, KeepWhatTheyShould) {
   for (const Fault fault :
        {Fault::rec2020_primaries, Fault::p3_primaries, Fault::acescg_primaries,
         Fault::mitchell_filter, Fault::blurred, Fault::smeared, Fault::denoised, Fault::clipped}) {
-    for (const float value : spoil(fault, grey, scene).mean()) EXPECT_NEAR(value, 0.5F, 1e-4);
+    for (const float value : spoil(fault, grey, scene, {}).mean()) EXPECT_NEAR(value, 0.5F, 1e-4);
   }
 }
 
@@ -88,7 +88,7 @@ TEST(SetUps, EncodeThePictureAndNotItsReplicates) {
   film.add_sums(1, 1, std::vector<float>(size_t{side} * side * 3, 0.8F), 1.0);
   for (const auto& [fault, code] :
        {std::pair{Fault::srgb_encoded, 187.5F}, {Fault::gamma_encoded, 186.1F}}) {
-    const Film encoded = spoil(fault, film, scene);
+    const Film encoded = spoil(fault, film, scene, {});
     EXPECT_NEAR(encoded.mean()[0] * 255.0F, code, 0.1F);
     EXPECT_GT(encoded.variance()[0], 0.0F);
   }
@@ -117,6 +117,41 @@ TEST(SetUps, SplitAQuadAlongItsOtherDiagonal) {
   const Mesh& mesh = std::get<Mesh>(scene.shapes[0].geometry);
   EXPECT_EQ(mesh[0].corners, (std::vector{a, b, d}));
   EXPECT_EQ(mesh[1].corners, (std::vector{b, c, d}));
+}
+
+// Before a wall there is a lamp that turns its back to the camera. With the near plane between them
+// it is as if one saw through that back: the lamp shines on.
+TEST(SetUps, CutWhatIsNearOffFromTheCameraAlone) {
+  Scene scene;
+  scene.shapes = {parallelogram({-0.5, -0.5, 1}, {1, 0, 0}, {0, 1, 0}, diffuse(0.0), 1.0),
+                  parallelogram({-4, -4, 2}, {0, 8, 0}, {8, 0, 0}, diffuse(0.5))};
+  scene.camera = camera({0, 0, 0}, {0, 0, 1}, 90.0, side);
+  const std::vector<float> healthy = film_of(scene, Fault::none).mean();
+  const std::vector<float> cut = film_of(scene, Fault::near_clipped, 0.5).mean();
+  scene.camera.sees_through_backs = true;
+  const std::vector<float> open = film_of(scene, Fault::none).mean();
+  for (size_t i = 0; i < cut.size(); ++i) EXPECT_NEAR(cut[i], open[i], 1e-4);
+  constexpr size_t middle = 3 * (side / 2 * side + side / 2);
+  EXPECT_EQ(healthy[middle], 0.0F);
+  EXPECT_GT(cut[middle], 0.05F);
+}
+
+// What the camera sees of lamps and their light stays sharp, and mirrors show what they did.
+TEST(SetUps, SmearOnlyTheIndirectLightOfMatteSurfaces) {
+  Scene scene = small("seed");
+  const auto is_changed = [&](size_t pixel) {
+    const std::vector<float> before = film_of(scene, Fault::none).mean();
+    const std::vector<float> after = film_of(scene, Fault::smeared_indirect).mean();
+    return std::abs(after[3 * pixel] - before[3 * pixel]) > 1e-4F * before[3 * pixel];
+  };
+  constexpr size_t wall = 4 * side + 8, steel = 12 * side + 5;
+  EXPECT_TRUE(is_changed(wall));
+  EXPECT_FALSE(is_changed(steel));
+  const Settings direct{.seed = 1, .bounces = {0, 1}};
+  const Film film = render_film(scene, direct, {0, 16});
+  const std::vector<float> before = film.mean();
+  const std::vector<float> after = spoil(Fault::smeared_indirect, film, scene, direct).mean();
+  for (size_t i = 0; i < before.size(); ++i) EXPECT_FLOAT_EQ(after[i], before[i]);
 }
 
 // The table
@@ -234,6 +269,8 @@ TEST_F(Diagnose, NamesWhatIsWrong) {
         {"--bounces 0:2", "`five-bounces` (2)"},
         {"--fault gamma-reflectance", "`gamma-reflectance`"},
         {"--fault exposure", "`exposure` (3.14"},
+        {"--fault near-clipped", "`near-clipped`"},
+        {"--fault smeared-indirect", "`smeared-indirect`"},
         {"--bounces 0:3 --fault mirrored", "`five-bounces` (3) and `mirrored`"}}) {
     render(made);
     const Result result = diagnose("test.exr " + cornell + " --tolerance 20%");
