@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "cli/film_image.h"
 #include "cli/names.h"
 #include "cli/scene_options.h"
 #include "cli/suspect_pictures.h"
@@ -33,6 +34,13 @@ double total_noise(const Picture& picture) {
   return sum;
 }
 
+// A film as the reference of the picture.
+Picture matched(Picture& test, const Film& film) {
+  Picture model = to_picture("reference", film);
+  match(test, model, {"R", "G", "B"}, true);
+  return model;
+}
+
 int64_t samples_of_reference(const Image& image) {
   const auto pixels = static_cast<uint64_t>(image.pixel(0, image.height));
   return std::clamp<int64_t>(
@@ -47,7 +55,7 @@ Settings settings_for(const Scene& scene, const Picture& test) {
 
 // Looks for one suspect, then for two, and renders what agrees as well as the reference, if its
 // noise leaves the most doubt.
-void find_suspects(SuspectSearch& search, const Scene& scene, Picture& test, double tolerance,
+void find_suspects(SuspectSearch& search, const Scene& scene, const Picture& test, double tolerance,
                    int64_t samples, Diagnosis& result) {
   result.suspects = search.look_for(all_suspects(scene));
   if (result.suspects.empty()) return;
@@ -60,11 +68,11 @@ void find_suspects(SuspectSearch& search, const Scene& scene, Picture& test, dou
   }
   Suspect& best = result.suspects.front();
   if (!best.agreement.is_refuted && best.agreement.within > tolerance &&
-      total_noise(test) <= total_noise(matched(test, *best.film))) {
+      total_noise(test) <= total_noise(search.picture_of(*best.film))) {
     search.examine(best, samples);
   }
   if (!best.agreement.is_refuted) {
-    result.shared_noise = shared_noise(test, matched(test, *best.film));
+    result.shared_noise = shared_noise(test, search.picture_of(*best.film));
   }
   result.tried = search.tried();
 }

@@ -2,10 +2,15 @@
 
 #include "cli/suspect_search.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <atomic>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <memory>
 
 #include "cli/film_image.h"
 #include "compare/sums.h"
@@ -24,52 +29,65 @@ constexpr double out = 5.0;
 // Samples of all pixels that the first look takes at least, if that is not too many for each.
 constexpr int64_t first_look = int64_t{1} << 19;
 
-}  // namespace
-
-Picture matched(Picture& test, const Film& film) {
-  Picture model = to_picture("reference", film);
-  match(test, model, {"R", "G", "B"}, true);
-  return model;
+// Calls `use` with each number below `count`, two at once: while one film is judged, which takes
+// one thread, another one is drawn. More would hold more films.
+template <typename Use>
+void for_each_at_once(size_t count, Use use) {
+  std::atomic<size_t> next = 0;
+  tbb::parallel_for(0, 2, [&](int) {
+    for (size_t i = next++; i < count; i = next++) use(i);
+  });
 }
 
-SuspectSearch::SuspectSearch(SuspectPictures& pictures, Picture& test, const Picture& healthy,
+}  // namespace
+
+SuspectSearch::SuspectSearch(SuspectPictures& pictures, const Picture& test, const Picture& healthy,
                              const Regions& regions, bool by_neighbours, int64_t samples)
     : pictures_(pictures),
       test_(test),
+      healthy_(healthy),
       regions_(regions),
       score_(test, healthy, by_neighbours),
       by_neighbours_(by_neighbours),
       samples_(samples) {}
 
-Picture SuspectSearch::model_of(const Suspect& suspect, const Film& film) {
-  Picture model = matched(test_, film);
+Picture SuspectSearch::picture_of(const Film& film) const {
+  Picture model = to_picture("reference", film);
+  model.value_channels = healthy_.value_channels;
+  model.variance_channels = healthy_.variance_channels;
+  model.averaged = healthy_.averaged;
+  return model;
+}
+
+Picture SuspectSearch::model_of(const Suspect& suspect, const Film& film) const {
+  Picture model = picture_of(film);
   if (repeats_noise(suspect)) std::ranges::fill(model.variance_channels, std::nullopt);
   return model;
 }
 
-// Judges a suspect by so many samples; returns whether it changes anything. An exposure that comes
-// last gets the best number.
-bool SuspectSearch::judge(Suspect& suspect, int64_t samples) {
-  const std::optional<Film>& film = pictures_.of(suspect, samples);
-  if (!film) return false;
-  Film model = *film;
+// Judges a suspect by so many samples; returns its picture, or nothing if it changes nothing. An
+// exposure that comes last gets the best number.
+std::optional<Picture> SuspectSearch::judge(Suspect& suspect, int64_t samples) const {
+  suspect.film = pictures_.of(suspect, samples);
+  if (!suspect.film) return {};
   for (Planting& p : suspect.plantings) {
     if (is_drawn(p)) continue;
     if (p.fault == Fault::exposure && &p == &suspect.plantings.back()) {
-      const auto factor = score_.best_factor(matched(test_, model));
+      const auto factor = score_.best_factor(picture_of(*suspect.film));
       p.number = factor.value;
       suspect.number_error = factor.error;
     }
-    model = spoil(p.fault, std::move(model), pictures_.scene(), pictures_.settings(), p.number);
+    suspect.film = std::make_shared<const Film>(
+        spoil(p.fault, *suspect.film, pictures_.scene(), pictures_.settings(), p.number));
   }
-  last_model_ = model_of(suspect, model);
-  score_.measure(suspect, last_model_);
-  suspect.film = std::move(model);
-  return true;
+  Picture model = model_of(suspect, *suspect.film);
+  score_.measure(suspect, model);
+  return model;
 }
 
 void SuspectSearch::judge_all(std::vector<Suspect>& suspects, int64_t samples) {
-  for (Suspect& suspect : suspects) judge(suspect, samples);
+  pictures_.prepare(suspects, samples);
+  for_each_at_once(suspects.size(), [&](size_t i) { judge(suspects[i], samples); });
 }
 
 std::vector<Suspect> SuspectSearch::look_for(std::vector<Suspect> suspects) {
@@ -77,15 +95,14 @@ std::vector<Suspect> SuspectSearch::look_for(std::vector<Suspect> suspects) {
   const int64_t last = samples_ / last_part;
   const int64_t first = std::clamp(first_look / pixels, samples_ / first_part, last);
   const int64_t second = std::max(first, samples_ / second_part);
+  std::vector<Seen> looks(suspects.size());
+  pictures_.prepare(suspects, first);
+  for_each_at_once(suspects.size(), [&](size_t i) { looks[i] = look_at(suspects[i], first); });
   std::vector<Suspect> seen;
-  for (const Suspect& suspect : suspects) {
-    if (!look(suspect, first, seen)) {
-      idle_.push_back(suspect.plantings.front().fault);
-      continue;
-    }
-    for (size_t i = 0; i < suspect.plantings.size(); ++i) {
-      if (!suspect.plantings[i].number) try_numbers(suspect, i, first, seen);
-    }
+  for (size_t i = 0; i < looks.size(); ++i) {
+    tried_ += looks[i].tried;
+    if (looks[i].suspects.empty()) idle_.push_back(suspects[i].plantings.front().fault);
+    std::ranges::move(looks[i].suspects, std::back_inserter(seen));
   }
   if (seen.empty()) return seen;
   seen = best(std::move(seen), kept_first);
@@ -93,33 +110,43 @@ std::vector<Suspect> SuspectSearch::look_for(std::vector<Suspect> suspects) {
   seen = best(std::move(seen), kept_second);
   fit_numbers(*std::ranges::min_element(seen, {}, score_.what_counts()), second);
   judge_all(seen, last);
-  for (Suspect& suspect : seen) agree(suspect);
+  for_each_at_once(seen.size(), [&](size_t i) { agree(seen[i]); });
   rank(seen);
   return seen;
 }
 
-bool SuspectSearch::look(Suspect suspect, int64_t samples, std::vector<Suspect>& seen) {
-  ++tried_;
-  if (!judge(suspect, samples)) return false;
-  add_exposed(suspect, seen);
+SuspectSearch::Seen SuspectSearch::look_at(const Suspect& suspect, int64_t samples) const {
+  Seen seen;
+  if (!look(suspect, samples, seen)) return seen;
+  for (size_t i = 0; i < suspect.plantings.size(); ++i) {
+    if (!suspect.plantings[i].number) try_numbers(suspect, i, samples, seen);
+  }
+  return seen;
+}
+
+bool SuspectSearch::look(Suspect suspect, int64_t samples, Seen& seen) const {
+  ++seen.tried;
+  const std::optional<Picture> model = judge(suspect, samples);
+  if (!model) return false;
+  add_exposed(suspect, *model, seen);
   suspect.film.reset();
-  seen.push_back(std::move(suspect));
+  seen.suspects.push_back(std::move(suspect));
   return true;
 }
 
 // Of the planting with this index: on from the usual one to both sides as long as blocks become
 // better, if they are ordered; else all.
 void SuspectSearch::try_numbers(const Suspect& usual, size_t index, int64_t samples,
-                                std::vector<Suspect>& seen) {
+                                Seen& seen) const {
   const FaultDescription& row = description(usual.plantings[index].fault);
   if (row.numbers.size() < 2 || row.fault == Fault::exposure) return;
   const auto blocks_with = [&](double number) {
     Suspect other = usual;
     other.plantings[index].number = number;
     if (!look(std::move(other), samples, seen)) return std::numeric_limits<double>::infinity();
-    return seen.back().blocks;
+    return seen.suspects.back().blocks;
   };
-  const double at_usual = seen.back().blocks;
+  const double at_usual = seen.suspects.back().blocks;
   std::vector<double> numbers = row.numbers;
   if (!row.has_order()) {
     for (size_t i = 1; i < numbers.size() && std::isfinite(blocks_with(numbers[i]));) ++i;
@@ -137,16 +164,19 @@ void SuspectSearch::try_numbers(const Suspect& usual, size_t index, int64_t samp
   }
 }
 
-// The same as was judged last with another exposure, if that is better by far for blocks.
-void SuspectSearch::add_exposed(const Suspect& suspect, std::vector<Suspect>& seen) {
+// The same with another exposure, if that is better by far for blocks.
+void SuspectSearch::add_exposed(const Suspect& suspect, const Picture& model, Seen& seen) const {
   auto exposed = both(suspect, {{{Fault::exposure}}});
   if (!exposed || exposed->plantings.back().fault != Fault::exposure) return;
-  const auto factor = score_.best_factor(last_model_);
+  const auto factor = score_.best_factor(model);
   exposed->plantings.back().number = factor.value;
   exposed->blocks = factor.squares + score_.penalty_of(*exposed);
   exposed->pixels = std::numeric_limits<double>::infinity();  // not known yet
-  ++tried_;
-  if (exposed->blocks < suspect.blocks) seen.push_back(*exposed);
+  ++seen.tried;
+  if (exposed->blocks < suspect.blocks) {
+    exposed->film.reset();
+    seen.suspects.push_back(*exposed);
+  }
 }
 
 // By blocks and by pixels, so many of each, with few numbers of the same faults, and of what is out
@@ -236,7 +266,7 @@ std::vector<Suspect> SuspectSearch::pairs_with(Suspect first) const {
   return pairs;
 }
 
-void SuspectSearch::agree(Suspect& suspect) {
+void SuspectSearch::agree(Suspect& suspect) const {
   const Picture model = model_of(suspect, *suspect.film);
   const bool shares_noise =
       may_share_noise(suspect) && shared_noise(test_, model) > much_shared_noise;
@@ -246,6 +276,7 @@ void SuspectSearch::agree(Suspect& suspect) {
 }
 
 void SuspectSearch::examine(Suspect& suspect, int64_t samples) {
+  pictures_.prepare({suspect}, samples);
   judge(suspect, samples);
   agree(suspect);
 }

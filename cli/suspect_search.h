@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "cli/suspect_pictures.h"
@@ -16,9 +17,8 @@ namespace plumb::cli {
 class SuspectSearch {
  public:
   // The reference has so many samples per pixel, and its picture, which is matched, is `healthy`.
-  // `by_neighbours` says that the noise of `test` is as those tell. Pictures and `test` outlive
-  // this.
-  SuspectSearch(SuspectPictures& pictures, Picture& test, const Picture& healthy,
+  // `by_neighbours` says that the noise of `test` is as those tell. All of them outlive this.
+  SuspectSearch(SuspectPictures& pictures, const Picture& test, const Picture& healthy,
                 const Regions& regions, bool by_neighbours, int64_t samples);
 
   // The best of these suspects and of their other numbers and exposures, with films, the likeliest
@@ -37,29 +37,36 @@ class SuspectSearch {
 
   size_t tried() const { return tried_; }
 
+  // A film as a model of the picture.
+  Picture picture_of(const Film& film) const;
+
  private:
-  bool judge(Suspect& suspect, int64_t samples);
+  // What was seen of a suspect and its other numbers and exposures; nothing if it is idle.
+  struct Seen {
+    std::vector<Suspect> suspects;
+    size_t tried = 0;
+  };
+
+  std::optional<Picture> judge(Suspect& suspect, int64_t samples) const;
   void judge_all(std::vector<Suspect>& suspects, int64_t samples);
-  bool look(Suspect suspect, int64_t samples, std::vector<Suspect>& seen);
-  void try_numbers(const Suspect& usual, size_t index, int64_t samples, std::vector<Suspect>& seen);
-  void add_exposed(const Suspect& suspect, std::vector<Suspect>& seen);
+  Seen look_at(const Suspect& suspect, int64_t samples) const;
+  bool look(Suspect suspect, int64_t samples, Seen& seen) const;
+  void try_numbers(const Suspect& usual, size_t index, int64_t samples, Seen& seen) const;
+  void add_exposed(const Suspect& suspect, const Picture& model, Seen& seen) const;
   std::vector<Suspect> best(std::vector<Suspect> suspects, size_t count) const;
   void fit_numbers(Suspect& suspect, int64_t samples);
-  void agree(Suspect& suspect);
-  Picture model_of(const Suspect& suspect, const Film& film);
+  void agree(Suspect& suspect) const;
+  Picture model_of(const Suspect& suspect, const Film& film) const;
 
   SuspectPictures& pictures_;
-  Picture& test_;
+  const Picture& test_;
+  const Picture& healthy_;
   const Regions& regions_;
   SuspectScore score_;
   bool by_neighbours_;
   int64_t samples_;
   size_t tried_ = 0;
   std::vector<Fault> idle_;  // which change nothing in this scene
-  Picture last_model_;       // that was judged
 };
-
-// A film as the reference of the picture.
-Picture matched(Picture& test, const Film& film);
 
 }  // namespace plumb::cli

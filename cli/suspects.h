@@ -3,6 +3,7 @@
 // What may be wrong with a picture: a fault of the table, or several.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,7 +38,7 @@ struct Suspect {
   double blocks_error = 0, pixels_error = 0;  // the standard deviations of these
   double explained = 0;     // the part of the picture's squared difference from the reference
   double number_error = 0;  // of an exposure
-  std::optional<Film> film = {};
+  std::shared_ptr<const Film> film = {};
   Agreement agreement = {};
 };
 
