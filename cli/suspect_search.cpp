@@ -26,6 +26,9 @@ constexpr size_t kept_first = 6, kept_second = 3, kept_numbers = 3;
 // Suspects whose squares are above the best one's by so many of their standard deviations are out.
 constexpr double out = 5.0;
 
+// The part of a false alarm's chance with which few samples may refute what more would not.
+constexpr double early_part = 0.01;
+
 // Samples of all pixels that the first look takes at least, if that is not too many for each.
 constexpr int64_t first_look = int64_t{1} << 19;
 
@@ -109,10 +112,24 @@ std::vector<Suspect> SuspectSearch::look_for(std::vector<Suspect> suspects) {
   judge_all(seen, second);
   seen = best(std::move(seen), kept_second);
   fit_numbers(*std::ranges::min_element(seen, {}, score_.what_counts()), second);
-  judge_all(seen, last);
-  for_each_at_once(seen.size(), [&](size_t i) { agree(seen[i]); });
+  agree_all(seen, second, last);
   rank(seen);
   return seen;
+}
+
+// Of suspects that were judged by a few samples. What these refute needs no more, but for the
+// likeliest one, whose rest is told.
+void SuspectSearch::agree_all(std::vector<Suspect>& suspects, int64_t few, int64_t samples) {
+  const auto likeliest = std::ranges::min_element(suspects, {}, score_.what_counts());
+  std::iter_swap(suspects.begin(), likeliest);
+  pictures_.prepare(suspects, samples);
+  for_each_at_once(suspects.size(), [&](size_t i) {
+    const bool is_clear = i > 0 && samples > few && !repeats_noise(suspects[i]);
+    if (is_clear) agree(suspects[i], early_part);
+    if (is_clear && suspects[i].agreement.is_refuted) return;
+    judge(suspects[i], samples);
+    agree(suspects[i]);
+  });
 }
 
 SuspectSearch::Seen SuspectSearch::look_at(const Suspect& suspect, int64_t samples) const {
@@ -266,13 +283,13 @@ std::vector<Suspect> SuspectSearch::pairs_with(Suspect first) const {
   return pairs;
 }
 
-void SuspectSearch::agree(Suspect& suspect) const {
+void SuspectSearch::agree(Suspect& suspect, double part) const {
   const Picture model = model_of(suspect, *suspect.film);
   const bool shares_noise =
       may_share_noise(suspect) && shared_noise(test_, model) > much_shared_noise;
-  suspect.agreement = agreement(test_, model, regions_,
-                                false_alarm / static_cast<double>(std::max<size_t>(tried_, 1)),
-                                by_neighbours_, shares_noise ? block_side : 1);
+  suspect.agreement = agreement(
+      test_, model, regions_, part * false_alarm / static_cast<double>(std::max<size_t>(tried_, 1)),
+      by_neighbours_, shares_noise ? block_side : 1);
 }
 
 void SuspectSearch::examine(Suspect& suspect, int64_t samples) {

@@ -55,7 +55,8 @@ class SuspectSearch {
   void add_exposed(const Suspect& suspect, const Picture& model, Seen& seen) const;
   std::vector<Suspect> best(std::vector<Suspect> suspects, size_t count) const;
   void fit_numbers(Suspect& suspect, int64_t samples);
-  void agree(Suspect& suspect) const;
+  void agree_all(std::vector<Suspect>& suspects, int64_t few, int64_t samples);
+  void agree(Suspect& suspect, double part = 1.0) const;
   Picture model_of(const Suspect& suspect, const Film& film) const;
 
   SuspectPictures& pictures_;
