@@ -57,7 +57,7 @@ struct Picture {
   double variance(size_t pixel, size_t channel, double truth) const {
     const double claimed = variance(pixel, channel);
     constexpr double nearly_black = 0.25;
-    if (value(pixel, channel) >= nearly_black * truth) return claimed;
+    if (!knows_noise(channel) || value(pixel, channel) >= nearly_black * truth) return claimed;
     return std::max(claimed, truth * hits[channel]);
   }
 
