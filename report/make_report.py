@@ -28,6 +28,7 @@ from table import other_renderers  # noqa: E402
 
 SCENES = ROOT / "reference_scenes"
 THOROUGH = ("cornell", "seed")  # the others are drawn more cheaply
+RADIOSITY = "Radiosity"  # our other method
 TOLERANCES = {"cornell": "1%"}  # as in tests/gate.toml; of others 2 %
 
 
@@ -49,12 +50,13 @@ class Plan:
     cut_bounces: str = "0:5"  # a biased series: its floor is to be seen
     samples: tuple = (4, 16, 64, 256)  # of other programs
     qualities: tuple = ("draft", "good")
+    errors: tuple = ("1%", "0.1%")  # of radiosity: at most
 
     def cheaper(self):
         """For so many scenes that all of them take a quarter of an hour."""
         return replace(self, samplers="sobol", last=min(self.last, 64), best=min(self.best, 1024),
                        runs=min(self.runs, 2), cut_bounces="", samples=self.samples[1:3],
-                       qualities=self.qualities[:1])
+                       qualities=self.qualities[:1], errors=self.errors[:1])
 
 
 def floor(renderer):
@@ -184,6 +186,21 @@ class SceneReport:
                 "--runs", self.plan.runs, "--keep", folder, "--reference", self.reference[1])
             self.series += sorted(folder.glob("*.exr"))
 
+    def draw_radiosity(self):
+        """Of scenes that it is for; the best picture is held against our reference."""
+        drawn = [self.folder / f"radiosity-{error}.exr" for error in self.plan.errors]
+        for error, file in zip(self.plan.errors, drawn):
+            self.rendered("plumbline", file, "radiosity", self.scene, "--error", error, accept=(0, 3))
+            if not file.exists():
+                self.notes.append("Radiosity is for scenes of matte polygons, which this is not.")
+                return
+        self.series += drawn
+        self.noiseless += drawn
+        here = ("Radiosity, computed here", drawn[-1])
+        # Its floor, which is that of its worst block, takes up most of 1 %.
+        self.compare(self.reference, here, {"name": RADIOSITY, "hasSamples": True, "tolerance": "2%"})
+        self.show(*here, self.commands[drawn[-1]])
+
     def draw_by(self, renderer):
         """Another program's pictures; the last and best are held against our reference."""
         try:
@@ -211,12 +228,12 @@ class SceneReport:
         self.noiseless += [file for runs in drawn for file in runs]
         return drawn
 
-    def rendered(self, program, file, *command):
+    def rendered(self, program, file, *command, **options):
         """The file, rendered unless one of this scene is there already."""
         command = [*command, "-o", file]
         self.commands[file] = " ".join(["plumb", *map(self.plumb.shown, command)])
         if not file.exists() or exr.provenance(file)[exr.SCENE_HASH] != self.hash:
-            self.run(f"{self.names[program]}, {file.stem}", *command)
+            self.run(f"{self.names[program]}, {file.stem}", *command, **options)
         return file
 
     def drawn_by(self, program, name, *settings):
@@ -230,7 +247,7 @@ class SceneReport:
         report = self.folder / f"{test[1].stem}-{reference[1].stem}.json"
         command = self.run(f"compare {test[0]} with {reference[0]}", "compare", test[1],
                            reference[1], "--regions", self.mask, "--tolerance",
-                           TOLERANCES.get(self.name, "2%"), *floor(other), *options, "--json", report, accept=(0, 1, 3))
+                           other.get("tolerance") or TOLERANCES.get(self.name, "2%"), *floor(other), *options, "--json", report, accept=(0, 1, 3))
         found = json.loads(report.read_text("utf-8"))
 
         def row(where, entry):
@@ -306,6 +323,7 @@ class Stage:
 def stages(others):
     return [Stage("Plumbline's pictures", "1 or 2", SceneReport.draw_ours),
             Stage("the plots", "2 or 3", SceneReport.draw_series),
+            Stage(RADIOSITY, "1", SceneReport.draw_radiosity),
             *(Stage(other["name"], "3 or 4", lambda report, other=other: report.draw_by(other))
               for other in others if other["isInstalled"])]
 
@@ -331,7 +349,7 @@ def make(program, plan, descriptions=()):
     version = subprocess.run([program, "--version"], capture_output=True, text=True, check=True)
     data = {"title": "Plumbline: speed and accuracy of renderers",
             "version": version.stdout.split()[-1], "notes": notes, "summary": [],
-            "programs": [other["name"] for other in others]}
+            "programs": [RADIOSITY, *(other["name"] for other in others)]}
 
     def write(why_not_complete):
         missing = why_not_complete.format(", ".join(stage.name for stage in coming))

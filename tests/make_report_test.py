@@ -50,7 +50,7 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory()
         cls.plan = make_report.Plan(out=pathlib.Path(cls.folder.name), scenes=("cornell",),
                                     methods="mis", samplers="sobol", last=16, runs=2,
-                                    best=64)
+                                    best=64, errors=("0.1%",))
         make_report.other_renderers = lambda *_: table([])
         pages = keep_pages(cls.addClassCleanup)
         cls.file, cls.lines = make_report.make(PLUMB, cls.plan)
@@ -67,14 +67,19 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
             self.assertIn(f"{program} is not installed", notes)
         titles = [picture["title"] for picture in self.scene["pictures"]]
         self.assertEqual(titles, ["Plumbline, rendered here", "Plumbline, stored", "Cycles, stored",
-                                  "POV-Ray, stored"])
+                                  "POV-Ray, stored", "Radiosity, computed here"])
 
     def test_stored_programs_agree(self):
         verdicts = {(v["test"], v["reference"]): v["verdict"] for v in self.scene["verdicts"]}
         self.assertEqual(verdicts["Plumbline, stored", "Cycles, stored"], "same")
         self.assertEqual(len(self.lines), len(verdicts))
-        self.assertEqual(sorted(self.data["programs"]), ["Cycles", "Mitsuba", "POV-Ray"])
-        self.assertEqual({v["program"] for v in self.scene["verdicts"]}, {"Cycles", "POV-Ray"})
+        self.assertEqual(sorted(self.data["programs"]), ["Cycles", "Mitsuba", "POV-Ray", "Radiosity"])
+        self.assertEqual({v["program"] for v in self.scene["verdicts"]}, {"Cycles", "POV-Ray", "Radiosity"})
+
+    def test_radiosity_agrees_and_is_in_the_chart(self):
+        verdicts = {v["reference"]: v["verdict"] for v in self.scene["verdicts"]}
+        self.assertEqual(verdicts["Radiosity, computed here"], "same")
+        self.assertIn("plumbline radiosity", self.scene["chart"]["svg"])
 
     def test_says_of_a_picture_without_samples_that_it_has_a_floor(self):
         for verdict in self.scene["verdicts"]:
@@ -103,7 +108,7 @@ class ReportWithoutOtherPrograms(unittest.TestCase):
             kept = (self.plan.out / "report" / "cornell").rglob("*.exr")
             return {file: file.stat().st_mtime_ns for file in kept if file.name != "1spp.exr"}
         before = times()
-        self.assertEqual(len(before), 21)
+        self.assertEqual(len(before), 22)
         make_report.make(PLUMB, self.plan)
         self.assertEqual(times(), before)
 
@@ -130,7 +135,7 @@ class ReportInStages(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.plan = make_report.Plan(
             out=pathlib.Path(folder.name), scenes=("cornell",), methods="mis", samplers="sobol",
-            last=4, runs=2, best=16, samples=(4, 16))
+            last=4, runs=2, best=16, samples=(4, 16), errors=("1%",))
         self.pages = keep_pages(self.addCleanup)
         for patch in (
                 mock.patch.object(make_report, "other_renderers",
@@ -149,20 +154,22 @@ class ReportInStages(unittest.TestCase):
 
     def test_the_page_grows_and_says_what_is_missing(self):
         self.make(draw_stored)
-        first, plots, cycles, povray = self.pages
-        self.assertIn("Still being rendered: the plots, Cycles, POV-Ray.", first["incomplete"])
+        first, plots, radiosity, cycles, povray = self.pages
+        self.assertIn("Still being rendered: the plots, Radiosity, Cycles, POV-Ray.", first["incomplete"])
         self.assertIsNone(first["scenes"][0]["chart"])
         self.assertEqual(self.titles(first), ["Plumbline, rendered here", "Plumbline, stored",
                                               "Cycles, stored", "POV-Ray, stored"])
         self.assertEqual(len(first["scenes"][0]["verdicts"]), 3)
-        self.assertIn("Still being rendered: Cycles, POV-Ray.", plots["incomplete"])
+        self.assertIn("Still being rendered: Radiosity, Cycles, POV-Ray.", plots["incomplete"])
         self.assertIn("plumbline mis sobol", plots["scenes"][0]["chart"]["svg"])
+        self.assertIn("Still being rendered: Cycles, POV-Ray.", radiosity["incomplete"])
+        self.assertIn("Radiosity, computed here", self.titles(radiosity))
         self.assertIn("Still being rendered: POV-Ray.", cycles["incomplete"])
         self.assertIn("Cycles, rendered here", self.titles(cycles))
         self.assertEqual(povray["incomplete"], "")
         self.assertEqual(self.titles(povray)[-2:],
                          ["Cycles, rendered here", "POV-Ray, rendered here"])
-        self.assertEqual(len(povray["scenes"][0]["verdicts"]), 5)
+        self.assertEqual(len(povray["scenes"][0]["verdicts"]), 6)
         drawn = make_report.SceneReport.drawn
         self.assertEqual(len([name for name in drawn if "cycles" in name]), 4)
         self.assertEqual([name for name in drawn if "povray" in name],  # has no seeds
@@ -204,6 +211,7 @@ class ReportOfAllScenes(unittest.TestCase):
                     mock.patch.object(make_report.SceneReport, "drawn_by", draw):
                 make_report.make(PLUMB, make_report.Plan(out=pathlib.Path(folder), scenes=("glass_room",),
                                                          methods="mis", best=16, last=4, runs=2))
+        self.assertIn("Radiosity is for scenes of matte polygons", " ".join(pages[-1]["scenes"][0]["notes"]))
         scene = pages[-1]["scenes"][0]
         self.assertEqual(scene["title"], "Glass room")
         self.assertEqual([picture["title"] for picture in scene["pictures"]],
