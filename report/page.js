@@ -94,6 +94,7 @@ const signed = (value, digits) => (value > 0 ? '+' : '') + number(value, digits)
 
 /** Puts what compares its pictures into a scene's section. */
 async function bringToLife(scene) {
+  if (scene.pictures.length === 0) return;  // a check that ended before any was there
   await Promise.all(scene.pictures.map(loadPicture));
   const {section, pictures} = scene, form = document.getElementById('viewer').content.cloneNode(true).firstElementChild;
   section.querySelector('h3').before(form);

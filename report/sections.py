@@ -175,8 +175,11 @@ def figure(picture):
 
 def section(scene):
     pictures = scene["pictures"]
+    heading = [text("h2", scene["title"]), *(text("p", note, class_="notes") for note in scene["notes"])]
+    if not pictures:
+        return element("section", "".join(heading), class_="scene", id=scene["name"])
     return element("section", "".join([
-        text("h2", scene["title"]), *(text("p", note, class_="notes") for note in scene["notes"]),
+        *heading,
         "<h3>Pictures</h3>", element("div", "".join(map(figure, pictures)), class_="pictures"),
         element("div", "".join([
             verdicts(scene), plot("Convergence", scene["convergence"]),

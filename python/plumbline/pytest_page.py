@@ -9,7 +9,7 @@ import json
 import pathlib
 import platform
 import shutil
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 
@@ -37,16 +37,26 @@ def _row(where: str, channel: str, found: Estimate) -> dict[str, Any]:
             "bias": found.relative_bias, "confidence": found.relative_confidence or None, "verdict": found.verdict}
 
 
-def finding(verdict: Verdict, name: str, expect: str, test: str, number: int) -> dict[str, Any]:
-    """What the page has of a check."""
+def _verdict(verdict: Verdict) -> dict[str, Any]:
     rows = [_row(where, channel, found) for where, channels in [("image", verdict.image), *verdict.regions.items()]
             for channel, found in channels.items()]
-    return {"test": test, "number": number, "passed": verdict.verdict == expect, "scene": {
-        "title": f"{test.rpartition('::')[2]}: {name}", "notes": [test] if expect == "same" else [test, f"It should be {expect}."],
-        "verdicts": [{"test": "test", "reference": "reference", "verdict": verdict.verdict,
-                      "explanation": verdict.explanation, "command": "", "rows": rows}],
-        "convergence": None, "chart": None,
-        "pictures": [_picture(verdict.test, "test"), _picture(verdict.reference, "reference")]}}
+    return {"test": "test", "reference": "reference", "verdict": verdict.verdict,
+            "explanation": verdict.explanation, "command": "", "rows": rows}
+
+
+def finding(verdict: Optional[Verdict], name: str, expect: str, test: str, number: int,
+            trouble: Optional[BaseException] = None) -> dict[str, Any]:
+    """What the page has of a check: its verdict, or what it had found when trouble ended it."""
+    notes = [test] if expect == "same" else [test, f"It should be {expect}."]
+    said = "" if verdict is None else verdict.explanation.splitlines()[0]
+    if trouble is not None:
+        said = f"{type(trouble).__name__}: {trouble}".rstrip(": ")
+        notes.append(f"Ended by {said}" + ("" if verdict is None else ". Until then:"))
+    return {"test": test, "number": number, "said": said,
+            "passed": trouble is None and verdict is not None and verdict.verdict == expect, "scene": {
+                "title": f"{test.rpartition('::')[2]}: {name}", "notes": notes,
+                "verdicts": [] if verdict is None else [_verdict(verdict)], "convergence": None, "chart": None,
+                "pictures": [] if verdict is None else [_picture(verdict.test, "test"), _picture(verdict.reference, "reference")]}}
 
 
 def write(folder: pathlib.Path, file: pathlib.Path) -> int:
@@ -62,7 +72,6 @@ def write(folder: pathlib.Path, file: pathlib.Path) -> int:
         page.write_page({
             "title": f"Pictures: {len(found)} compared, {len(failed)} not as expected", "version": __version__,
             "made": f"{made:%Y-%m-%d %H:%M} UTC", "host": platform.node(), "incomplete": "", "notes": [],
-            "summary": [f"{one['scene']['title']}: {one['scene']['verdicts'][0]['explanation'].splitlines()[0]}"
-                        for one in failed],
+            "summary": [f"{one['scene']['title']}: {one['said']}" for one in failed],
             "scenes": scenes}, file)
     return len(found)

@@ -14,7 +14,7 @@ import os
 import pathlib
 import tempfile
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Literal, Union
+from typing import TYPE_CHECKING, Any, Literal, Optional, Union
 
 import pytest
 
@@ -81,6 +81,7 @@ class Pictures:
         self._updates: bool = config.getoption("--pictures-update")
         self._findings = config.stash.get(_FINDINGS, None)
         self._count = 0
+        self._seen: Optional[Verdict] = None  # what a check that has not ended has found so far
 
     def check(self, test: Union[PictureLike, Render], reference: Union[str, pathlib.Path], *,
               expect: Literal["same", "different"] = "same", spp: int = 16, budget: int = 1024,
@@ -98,6 +99,21 @@ class Pictures:
         sure or `budget` samples per pixel are spent. The looks share the chance of a false alarm, a
         half for the first one, a quarter for the next."""
         __tracebackhide__ = True
+        self._seen = None
+        try:
+            verdict, drawn = self._judge(test, reference, expect, spp, budget, terms)
+        except BaseException as trouble:
+            self._note(self._seen, reference, expect, trouble)
+            raise
+        self._note(verdict, reference, expect)
+        if verdict.verdict != expect:
+            raise AssertionError(_message(verdict, reference, expect, callable(test), drawn))
+        return verdict
+
+    def _judge(self, test: Union[PictureLike, Render], reference: Union[str, pathlib.Path], expect: str, spp: int,
+               budget: int, terms: dict[str, Any]) -> tuple[Verdict, int]:
+        """The verdict, and the samples per pixel that were drawn."""
+        __tracebackhide__ = True
         file = self._place(reference, ".exr")
         if isinstance(terms.get("regions"), str):
             terms["regions"] = self._place(terms["regions"], "")
@@ -109,10 +125,7 @@ class Pictures:
             drawn, verdict = self._look(test, file, spp, budget, terms)
         if verdict is None:
             raise AssertionError(f"{os.path.relpath(file)} is missing: 'pytest --pictures-update' makes it of what the test draws")
-        self._note(verdict, reference, expect)
-        if verdict.verdict != expect:
-            raise AssertionError(_message(verdict, reference, expect, callable(test), drawn))
-        return verdict
+        return verdict, drawn
 
     def _place(self, name: Union[str, pathlib.Path], extension: str) -> pathlib.Path:
         path = pathlib.Path(name)
@@ -133,7 +146,7 @@ class Pictures:
             false_alarms /= 2
             mean = _mean(test, samples, seed)
             drawn, seed = drawn + SEEDS * samples, seed + SEEDS
-            verdict = compare(mean, file, false_alarms=false_alarms, **terms)
+            verdict = self._seen = compare(mean, file, false_alarms=false_alarms, **terms)
             left = (budget - drawn) // SEEDS
             if not verdict.inconclusive or verdict.samples_factor == float("inf") or left < samples:
                 return drawn, verdict
@@ -151,15 +164,16 @@ class Pictures:
         made.write(file)
         _write_card(file, self.test, made)
 
-    def _note(self, verdict: Verdict, reference: Union[str, pathlib.Path], expect: str) -> None:
-        """Leaves what was found for the page, in a file of its own."""
+    def _note(self, verdict: Optional[Verdict], reference: Union[str, pathlib.Path], expect: str,
+              trouble: Optional[BaseException] = None) -> None:
+        """Leaves what was found, and what ended the check before it was sure, for the page, in a file of its own."""
         if self._findings is None:
             return
         from .pytest_page import finding
         self._count += 1
         handle = tempfile.NamedTemporaryFile("w", dir=self._findings, suffix=".json", delete=False, encoding="utf-8")
         with handle:
-            json.dump(finding(verdict, str(reference), expect, self.test, self._count), handle)
+            json.dump(finding(verdict, str(reference), expect, self.test, self._count, trouble), handle)
 
 
 def _mean(render: Render, samples: int, first_seed: int) -> Picture:

@@ -136,3 +136,49 @@ def test_the_page_shows_all_checks_whoever_made_them(run, pytester, workers):
     assert [len(scene["pictures"]) for scene in data] == [2] * 4
     assert "4 compared, 1 not as expected" in page
     assert page.index("test_box[3]") < page.index("test_box[0]")  # failures come first
+
+
+def shown(page):
+    """The scenes' data, and the page's text."""
+    text = page.read_text("utf-8")
+    return json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)[1]), text
+
+
+def test_the_page_shows_checks_that_trouble_ended(run, pytester):
+    run('def test_it(pictures):\n    pictures.check(render(256, 1), "box")', "--pictures-update")
+    run("""
+    def test_wrong_size(pictures):
+        pictures.check(plumbline.render(scene, spp=4, size=(16, 16)), "box")
+
+    def test_renderer_that_fails(pictures):
+        def broken(spp, seed):
+            raise RuntimeError("no more memory on the card")
+        pictures.check(broken, "box")
+
+    def test_unreadable_reference(pictures):
+        (pictures.references / "box.exr").write_text("not a picture")
+        pictures.check(render(16, 2), "box")
+    """, "--pictures-report=page.html").assert_outcomes(failed=3)
+    scenes, text = shown(pytester.path / "page.html")
+    assert [scene["pictures"] for scene in scenes] == [[], [], []]
+    assert "3 compared, 3 not as expected" in text
+    for said in ("no more memory on the card", "16 x 16", "test_unreadable_reference"):
+        assert said in text
+
+
+def test_an_interrupt_leaves_the_page_what_was_seen(run, pytester):
+    run('def test_it(pictures):\n    pictures.check(render(256, 1), "box")', "--pictures-update")
+    run("""
+    def test_first(pictures):
+        pictures.check(render(256, 2), "box", tolerance="10%", floor="5%")
+
+    def test_interrupted(pictures):
+        def until_ctrl_c(spp, seed):
+            if seed > 4:
+                raise KeyboardInterrupt
+            return render(spp, seed)
+        pictures.check(until_ctrl_c, "box", tolerance="0.1%")
+    """, "--pictures-report=page.html")
+    scenes, text = shown(pytester.path / "page.html")
+    assert [len(scene["pictures"]) for scene in scenes] == [2, 2]
+    assert "Ended by KeyboardInterrupt. Until then:" in text
