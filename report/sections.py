@@ -182,7 +182,7 @@ def section(scene):
         *heading,
         "<h3>Pictures</h3>", element("div", "".join(map(figure, pictures)), class_="pictures"),
         element("div", "".join([
-            verdicts(scene), plot("Convergence", scene["convergence"]),
+            verdicts(scene), plot("Bias over runs", scene.get("history")), plot("Convergence", scene["convergence"]),
             plot("Speed against accuracy", scene["chart"]), "<h3>How the pictures were made</h3>",
             *(folded(name_of(picture), command(picture["command"]) + card(picture["card"] or {}))
               for picture in pictures)]), class_="results")]), class_="scene", id=scene["name"])

@@ -59,19 +59,60 @@ def finding(verdict: Optional[Verdict], name: str, expect: str, test: str, numbe
                 "pictures": [] if verdict is None else [_picture(verdict.test, "test"), _picture(verdict.reference, "reference")]}}
 
 
-def write(folder: pathlib.Path, file: pathlib.Path) -> int:
-    """Joins what was found, the failures first, and returns how many checks there were."""
+def take(folder: pathlib.Path) -> list[dict[str, Any]]:
+    """What was found, the failures first, out of a folder that is then removed."""
     found = [json.loads(one.read_text("utf-8")) for one in folder.glob("*.json")]
     shutil.rmtree(folder)
-    found.sort(key=lambda one: (one["passed"], one["test"], one["number"]))
+    return sorted(found, key=lambda one: (one["passed"], one["test"], one["number"]))
+
+
+def keep_history(found: list[dict[str, Any]], file: pathlib.Path) -> None:
+    """Adds a line of JSON for each check to the file, and to each check what the file tells of it."""
+    earlier = [json.loads(line) for line in file.read_text("utf-8").splitlines()] if file.exists() else []
+    made = f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d %H:%M}"
+    new = []
+    for one in found:
+        whole = next((row for verdict in one["scene"]["verdicts"] for row in verdict["rows"]
+                      if (row["where"], row["channel"]) == ("image", "all")), None)
+        check = f"{one['test']} {one['number']}"
+        if whole is not None and whole["bias"] is not None:
+            new.append({"made": made, "check": check, "verdict": one["scene"]["verdicts"][0]["verdict"],
+                        "bias": whole["bias"], "confidence": whole["confidence"] or 0.0})
+        runs = [run for run in earlier + new if run["check"] == check]
+        if runs:
+            one["scene"]["history"] = _history(runs)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with open(file, "a", encoding="utf-8") as stream:
+        stream.writelines(json.dumps(run) + "\n" for run in new)
+
+
+def _history(runs: list[dict[str, Any]]) -> dict[str, Any]:
+    """Biases with their 95 % confidence intervals, from the first run to this one."""
+    width, height, edge = 640, 160, 20
+    largest = max(abs(run["bias"]) + run["confidence"] for run in runs) or 1.0
+    marks = [f'<path d="M{edge} {height / 2}H{width - edge}" stroke="#888"/>']
+    for i, run in enumerate(runs):
+        x = edge + (i + 0.5) * (width - 2 * edge) / len(runs)
+        top, y, bottom = (height / 2 - (height / 2 - edge) * (run["bias"] + d * run["confidence"]) / largest
+                          for d in (1, 0, -1))
+        marks.append(f'<path d="M{x:.1f} {top:.1f}V{bottom:.1f}" stroke="#06c"/><circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="#06c"/>')
+    return {"svg": f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
+                   f'height="{height}">{"".join(marks)}</svg>',
+            "sentences": [f"Bias of the whole picture in {len(runs)} run{'' if len(runs) == 1 else 's'}, the last on the right; "
+                          f"the plot ends at ±{100 * largest:.2g} %."],
+            "table": {"head": ["run", "verdict", "bias"],
+                      "rows": [[run["made"], run["verdict"], sections.percent(run["bias"], run["confidence"])] for run in runs]},
+            "command": ""}
+
+
+def write(found: list[dict[str, Any]], file: pathlib.Path) -> None:
+    """Writes the page of what take() took."""
     scenes = [{"name": f"check-{i}", **one["scene"]} for i, one in enumerate(found)]
     failed = [one for one in found if not one["passed"]]
     made = datetime.datetime.now(datetime.timezone.utc)
-    if scenes:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        page.write_page({
-            "title": f"Pictures: {len(found)} compared, {len(failed)} not as expected", "version": __version__,
-            "made": f"{made:%Y-%m-%d %H:%M} UTC", "host": platform.node(), "incomplete": "", "notes": [],
-            "summary": [f"{one['scene']['title']}: {one['said']}" for one in failed],
-            "scenes": scenes}, file)
-    return len(found)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    page.write_page({
+        "title": f"Pictures: {len(found)} compared, {len(failed)} not as expected", "version": __version__,
+        "made": f"{made:%Y-%m-%d %H:%M} UTC", "host": platform.node(), "incomplete": "", "notes": [],
+        "summary": [f"{one['scene']['title']}: {one['said']}" for one in failed],
+        "scenes": scenes}, file)

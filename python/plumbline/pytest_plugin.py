@@ -38,10 +38,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
                     help="Write the references of all checks that don't end as the same, companions aside")
     group.addoption("--pictures-report", metavar="FILE", type=pathlib.Path,
                     help="Write a page that shows what was compared, one .html file")
+    group.addoption("--pictures-history", metavar="FILE", type=pathlib.Path,
+                    help="Add the biases of this run to a file, of which the page shows all runs")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    if config.getoption("--pictures-report") is None:
+    if config.getoption("--pictures-report") is None and config.getoption("--pictures-history") is None:
         return
     told = getattr(config, "workerinput", None)  # of pytest-xdist, by what made this process
     folder = told["pictures"] if told else tempfile.mkdtemp(prefix="plumbline-pictures-")
@@ -59,11 +61,19 @@ def pytest_configure_node(node: Any) -> None:
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
     if _FINDINGS not in config.stash or hasattr(config, "workerinput"):
         return
-    from .pytest_page import write
-    file = config.getoption("--pictures-report")
-    count = write(config.stash[_FINDINGS], file)
-    said = f"{file} shows {count} check{'' if count == 1 else 's'}" if count else "nothing was compared"
-    terminalreporter.write_line(f"pictures: {said}")
+    from .pytest_page import keep_history, take, write
+    page, history = config.getoption("--pictures-report"), config.getoption("--pictures-history")
+    found = take(config.stash[_FINDINGS])
+    if not found:
+        terminalreporter.write_line("pictures: nothing was compared")
+        return
+    checks = f"{len(found)} check{'' if len(found) == 1 else 's'}"
+    if history is not None:
+        keep_history(found, history)
+        terminalreporter.write_line(f"pictures: {history} has the biases of {checks} more")
+    if page is not None:
+        write(found, page)
+        terminalreporter.write_line(f"pictures: {page} shows {checks}")
 
 
 @pytest.fixture

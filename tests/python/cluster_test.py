@@ -205,7 +205,7 @@ def test_tables_of_many_tasks_have_one_head(study, tmp_path, capsys):
                                *(word for scene in scenes for word in ("--scene", scene))]) == 0
     table = capsys.readouterr().out
     assert table.count("| scene |") == 1
-    assert table.count("| slit |") == table.count("| edge_pixel |") == 7
+    assert table.count("| slit |") == table.count("| edge_pixel |") == 8
 
 
 class Cluster:

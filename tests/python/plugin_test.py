@@ -182,3 +182,15 @@ def test_an_interrupt_leaves_the_page_what_was_seen(run, pytester):
     scenes, text = shown(pytester.path / "page.html")
     assert [len(scene["pictures"]) for scene in scenes] == [2, 2]
     assert "Ended by KeyboardInterrupt. Until then:" in text
+
+
+def test_a_history_grows_and_is_shown(run, pytester):
+    run('def test_it(pictures):\n    pictures.check(render(256, 1), "box")', "--pictures-update")
+    for seed in (2, 3):
+        run(f'def test_it(pictures):\n    pictures.check(render(256, {seed}), "box", tolerance="10%", floor="5%")',
+            "--pictures-history=kept/biases.jsonl", "--pictures-report=page.html").assert_outcomes(passed=1)
+    runs = [json.loads(line) for line in (pytester.path / "kept" / "biases.jsonl").read_text("utf-8").splitlines()]
+    assert [one["verdict"] for one in runs] == ["same", "same"]
+    assert all(0 < abs(one["bias"]) < 5 * one["confidence"] for one in runs)
+    _, text = shown(pytester.path / "page.html")
+    assert "Bias over runs" in text and "in 2 runs" in text
