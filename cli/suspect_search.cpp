@@ -58,7 +58,7 @@ Picture SuspectSearch::picture_of(const Film& film) const {
   Picture model = to_picture("reference", film);
   model.value_channels = healthy_.value_channels;
   model.variance_channels = healthy_.variance_channels;
-  model.hits = healthy_.hits;
+  model.hits.assign(healthy_.hits.size(), 0.0);  // it is no picture of single hits, but a sum
   model.averaged = healthy_.averaged;
   return model;
 }
