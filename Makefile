@@ -69,7 +69,7 @@ help:
 	@echo "make bench   measures the renderer's speed and noise"
 	@echo "make references        renders the stored ground truth with all programs (75 minutes)"
 	@echo "make check-references  compares what the installed programs draw today with it"
-	@echo "make stress        makes the tables of docs/stability.md (21 minutes)"
+	@echo "make stress        makes the tables of docs/stability.md (19 minutes)"
 	@echo "make stress-truth  has Mitsuba render the caustics that they are held against (5 minutes)"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
 	@echo "make faults         makes the tables of docs/faults.md"
