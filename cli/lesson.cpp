@@ -416,9 +416,11 @@ void Lesson::show_leaks() {
 std::vector<Lesson::Sight> Lesson::sights() const {
   constexpr int across = 48;  // the picture
   Elements elements(faces_, most_bytes_ / sizeof(Element));
-  const Solution coarse(elements, Resolution::level(0), {}, nullptr, most_bytes_, work_);
-  elements.refine(coarse.unevenness(), Resolution::level(0).unevenness);
-  const Solution solution(elements, Resolution::level(1), {}, nullptr, most_bytes_, work_);
+  auto coarse = std::make_unique<Solution>(elements, Resolution::level(0), BounceRange(), nullptr,
+                                           nullptr, most_bytes_, work_);
+  elements.refine(coarse->unevenness(), Resolution::level(0).unevenness);
+  const Solution solution(elements, Resolution::level(1), {}, nullptr, std::move(coarse),
+                          most_bytes_, work_);
   const Camera& camera = scene_.camera;
   const double step = double(camera.width) / across;
   std::vector<Sight> sights;

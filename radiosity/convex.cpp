@@ -32,6 +32,13 @@ Parts cut(const Convex& polygon, const Heights& heights) {
   return parts;
 }
 
+Heights heights(const Convex& polygon, const Side& side) {
+  Heights result;
+  for (int i = 0; i < polygon.size; ++i)
+    result[size_t(i)] = side.height(polygon.corners[size_t(i)]);
+  return result;
+}
+
 // Makes room for the corners that cuts add.
 void halve_large(std::vector<Convex>& pieces) {
   constexpr int most_cuts = 5;  // of a cone
@@ -47,15 +54,6 @@ void halve_large(std::vector<Convex>& pieces) {
 }
 
 }  // namespace
-
-Side::Side(const Vec3& towards, double size)
-    : normal(towards),
-      slack(1e-13 * size * (std::abs(towards.x) + std::abs(towards.y) + std::abs(towards.z))) {}
-
-double Side::height(const Vec3& point) const {
-  const double h = normal.dot(point);
-  return std::abs(h) <= slack ? 0.0 : h;
-}
 
 bool Cone::misses(const Convex& polygon) const {
   return std::ranges::any_of(sides, [&](const Side& side) {
@@ -87,12 +85,7 @@ Cone cone_of(const Convex& polygon, bool is_front, double size) {
   return cone;
 }
 
-Parts cut(const Convex& polygon, const Side& side) {
-  Heights heights;
-  for (int i = 0; i < polygon.size; ++i)
-    heights[size_t(i)] = side.height(polygon.corners[size_t(i)]);
-  return cut(polygon, heights);
-}
+Parts cut(const Convex& polygon, const Side& side) { return cut(polygon, heights(polygon, side)); }
 
 Parts cut(const Convex& polygon, const Vec3& normal, double offset, double slack) {
   Heights heights;
@@ -110,7 +103,9 @@ void subtract(std::vector<Convex>& pieces, const Cone& cone) {
     if (cone.misses(pieces[i])) continue;
     Convex rest = pieces[i];
     for (const Side& side : cone.sides) {
-      const Parts parts = cut(rest, side);
+      const Heights at = heights(rest, side);
+      if (*std::min_element(at.begin(), at.begin() + rest.size) >= 0.0) continue;
+      const Parts parts = cut(rest, at);
       if (parts.behind.size > 0) pieces.push_back(parts.behind);
       rest = parts.before;
       if (rest.size == 0) break;

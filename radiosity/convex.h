@@ -4,7 +4,9 @@
 // by cutting them along planes through the point. All corners are relative to that point.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "scene/scene.h"
@@ -16,6 +18,15 @@ struct Convex {
   int size = 0;  // 0: nothing, else at least 3
   std::array<Vec3, most> corners;
 
+  Convex() = default;
+  // Most have four corners of sixteen.
+  Convex(const Convex& other) { *this = other; }
+  Convex& operator=(const Convex& other) {
+    size = other.size;
+    std::copy_n(other.corners.begin(), size, corners.begin());
+    return *this;
+  }
+
   void add(const Vec3& corner) { corners[size_t(size++)] = corner; }
 };
 
@@ -26,10 +37,15 @@ struct Side {
   double slack;
 
   // `size` bounds the coordinates of what is cut.
-  Side(const Vec3& towards, double size);
+  Side(const Vec3& towards, double size)
+      : normal(towards),
+        slack(1e-13 * size * (std::abs(towards.x) + std::abs(towards.y) + std::abs(towards.z))) {}
 
   // Positive on the side of the normal, 0 in the plane; in units of the normal's length.
-  double height(const Vec3& point) const;
+  double height(const Vec3& point) const {
+    const double h = normal.dot(point);
+    return std::abs(h) <= slack ? 0.0 : h;
+  }
 };
 
 // All directions in which a convex polygon is seen.

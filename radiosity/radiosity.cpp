@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -33,12 +34,13 @@ class Artist {
   Picture draw(int level) {
     Picture picture;
     picture.level = level;
-    std::optional<Solution> solution;
+    std::unique_ptr<Solution> solution;
     if (settings_.bounces.last >= 2) {
       if (!elements_) elements_.emplace(faces_, settings_.most_bytes / sizeof(Element));
       const Resolution resolution = Resolution::level(level);
-      solution.emplace(*elements_, resolution, settings_.bounces, settings_.origin,
-                       settings_.most_bytes - elements_->size() * sizeof(Element), work_);
+      solution = std::make_unique<Solution>(
+          *elements_, resolution, settings_.bounces, settings_.origin, std::move(coarser_),
+          settings_.most_bytes - elements_->size() * sizeof(Element), work_);
       picture.elements = elements_->leaves();
       picture.links = solution->links();
     }
@@ -46,10 +48,11 @@ class Artist {
     const size_t count = width * static_cast<size_t>(camera_.height);
     picture.rgb.resize(count * 3);
     work_.for_each("pixels", count, [&](size_t i) {
-      const Rgb sum = pixel(int(i % width), int(i / width), level, solution ? &*solution : nullptr);
+      const Rgb sum = pixel(int(i % width), int(i / width), level, solution.get());
       for (int c = 0; c < 3; ++c) picture.rgb[i * 3 + size_t(c)] = float(std::max(0.0, sum[c]));
     });
     if (solution) elements_->refine(solution->unevenness(), Resolution::level(level).unevenness);
+    coarser_ = std::move(solution);
     return picture;
   }
 
@@ -87,6 +90,7 @@ class Artist {
   const Work& work_;
   Pixels pixels_;
   std::optional<Elements> elements_;
+  std::unique_ptr<Solution> coarser_;
   tbb::enumerable_thread_specific<Eye> eyes_;
 };
 

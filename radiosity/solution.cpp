@@ -46,14 +46,15 @@ Resolution Resolution::level(int n) {
 }
 
 Solution::Solution(const Elements& elements, const Resolution& resolution,
-                   const BounceRange& bounces, const LightOrigin* origin, size_t most_bytes,
-                   const Work& work)
+                   const BounceRange& bounces, const LightOrigin* origin,
+                   std::unique_ptr<Solution> coarser, size_t most_bytes, const Work& work)
     : elements_(elements),
       resolution_(resolution),
       into_(elements.size()),
       radiance_(elements.size(), dark),
       roughness_(elements.size(), 0.0),
       unevenness_(elements.size(), 0.0),
+      seen_(elements.size(), {0.0, 0.0, 0.0}),
       correction_(elements.size(), dark) {
   std::vector<uint32_t> roots(elements.roots());
   std::iota(roots.begin(), roots.end(), 0U);
@@ -65,11 +66,14 @@ Solution::Solution(const Elements& elements, const Resolution& resolution,
                     elements.leaves(), links_, double(links_ * sizeof(Matrix)) / 1e9));
   }
   Eyes eyes(elements.faces());
-  work.for_each("form factors", elements.size(), [&](size_t i) { fill(i, eyes.local()); });
-  const std::vector<Linear<Rgb>> one(elements.size(), {Rgb(1.0), Rgb(0.0), Rgb(0.0)});
-  const std::vector<Linear<Rgb>> arriving = send(one);
-  work.for_each("energy balance", elements.size(),
-                [&](size_t i) { find_correction(eyes.local(), i, arriving[i]); });
+  work.for_each("form factors", elements.size(),
+                [&](size_t i) { fill(i, take_known(i, coarser.get()), eyes.local()); });
+  work.for_each("energy balance", elements.size(), [&](size_t i) {
+    const bool is_known = coarser != nullptr && i < coarser->seen_.size();
+    if (!elements[i].has_children())
+      seen_[i] = is_known ? coarser->seen_[i] : seen_from(elements[i], eyes.local());
+  });
+  find_correction();
   work.for_each("direct light", elements.size(), [&](size_t i) {
     if (!elements_[i].has_children()) radiance_[i] = direct(eyes.local(), elements_[i], 6);
   });
@@ -114,6 +118,10 @@ double Solution::most_arriving(const Element& element, size_t face, const Vec3& 
   return std::min(1.0, element.whole * here * there / (std::numbers::pi * squared * squared));
 }
 
+bool Solution::comes_before(uint32_t a, uint32_t b) const {
+  return std::pair(elements_[a].face, a) < std::pair(elements_[b].face, b);
+}
+
 void Solution::connect(size_t to, std::vector<uint32_t> candidates, const Work& work) {
   if (work.is_stopped()) return;
   const Element& element = elements_[to];
@@ -132,23 +140,40 @@ void Solution::connect(size_t to, std::vector<uint32_t> candidates, const Work& 
         candidates.push_back(static_cast<uint32_t>(other.child + 1));
     }
   }
-  std::ranges::sort(links, {}, [&](uint32_t i) { return std::pair(elements_[i].face, i); });
+  std::ranges::sort(links, [&](uint32_t a, uint32_t b) { return comes_before(a, b); });
   if (!element.has_children()) return;
   const auto child = static_cast<size_t>(element.child);
   tbb::parallel_invoke([&] { connect(child, for_children, work); },
                        [&] { connect(child + 1, for_children, work); });
 }
 
-void Solution::fill(size_t to, Eye& eye) {
+// Takes the matrices of links that the coarser solution has, too, and frees it of all that lead to
+// the same element; returns the places of the others.
+std::vector<size_t> Solution::take_known(size_t to, Solution* coarser) {
+  Links& links = into_[to];
+  links.matrix.resize(links.from.size());
+  std::vector<size_t> unknown;
+  Links known;
+  if (coarser != nullptr && to < coarser->into_.size()) std::swap(known, coarser->into_[to]);
+  size_t i = 0;
+  for (size_t k = 0; k < links.from.size(); ++k) {
+    while (i < known.from.size() && comes_before(known.from[i], links.from[k])) ++i;
+    const bool is_same = i < known.from.size() && known.from[i] == links.from[k];
+    if (is_same) links.matrix[k] = known.matrix[i];
+    if (!is_same) unknown.push_back(k);
+  }
+  return unknown;
+}
+
+void Solution::fill(size_t to, const std::vector<size_t>& unknown, Eye& eye) {
   const Element& element = elements_[to];
   const Faces& faces = elements_.faces();
   Links& links = into_[to];
-  links.matrix.resize(links.from.size());
   std::vector<const Cone*> cones, before;
   for (size_t q = 0; q < size_t(element.points); ++q) {
     eye.move_to(element.face, element.point[q]);
     size_t face = faces.list().size();  // that of the cones; none yet
-    for (size_t k = 0; k < links.from.size(); ++k) {
+    for (const size_t k : unknown) {
       const Element& other = elements_[links.from[k]];
       if (!eye.sees_front(other.face)) continue;
       if (other.face != face) eye.find_cones(face = other.face, cones);
@@ -212,22 +237,30 @@ std::vector<Linear<Rgb>> Solution::send(const std::vector<Linear<Rgb>>& light) c
   return arriving;
 }
 
-// What links to clusters lose of the same radiance from everywhere, of which all that is seen is
-// known exactly: so that no energy is lost or made.
-void Solution::find_correction(Eye& eye, size_t to, const Linear<Rgb>& arriving) {
-  const Element& element = elements_[to];
-  if (element.has_children() || arriving[0].x < 1e-9) return;
+Linear<double> Solution::seen_from(const Element& element, Eye& eye) const {
   const Faces& faces = elements_.faces();
-  Linear<Rgb> exact = dark;
+  Linear<double> seen{0.0, 0.0, 0.0};
   for (size_t q = 0; q < size_t(element.points); ++q) {
     eye.move_to(element.face, element.point[q]);
     double sum = 0.0;
     for (size_t face = 0; face < faces.list().size(); ++face) {
       if (faces[face].reflects()) sum += eye.form_factor_of(face);
     }
-    for (int i = 0; i < 3; ++i) exact[size_t(i)] += Rgb(sum * element.fit[q][i]);
+    for (int i = 0; i < 3; ++i) seen[size_t(i)] += sum * element.fit[q][i];
   }
-  for (size_t k = 0; k < 3; ++k) correction_[to][k] = (exact[k] - arriving[k]) / arriving[0].x;
+  return seen;
+}
+
+// What links to clusters lose of the same radiance from everywhere, of which all that is seen is
+// known exactly: so that no energy is lost or made.
+void Solution::find_correction() {
+  const std::vector<Linear<Rgb>> one(elements_.size(), {Rgb(1.0), Rgb(0.0), Rgb(0.0)});
+  const std::vector<Linear<Rgb>> arriving = send(one);
+  for (size_t i = 0; i < elements_.size(); ++i) {
+    const double sum = arriving[i][0].x;
+    if (elements_[i].has_children() || sum < 1e-9) continue;
+    for (size_t k = 0; k < 3; ++k) correction_[i][k] = (Rgb(seen_[i][k]) - arriving[i][k]) / sum;
+  }
 }
 
 std::vector<Linear<Rgb>> Solution::reflect(const std::vector<Linear<Rgb>>& light) const {
@@ -277,8 +310,11 @@ void Solution::bounce(const BounceRange& bounces, const LightOrigin* origin, con
     if (!other.empty()) other = reflect(other);
     const double after = largest(light), fading = after / before;
     if (after <= 0.0 || (fading < 1.0 && after / (1.0 - fading) < negligible * first)) break;
-    if (bounce == endless || (bounce > 100 && fading > 1.0 - 1e-7))
-      throw std::runtime_error("light doesn't fade: all reflects everything");
+    if (bounce == endless || (bounce > 100 && fading > 1.0 - 1e-7)) {
+      throw std::runtime_error(
+          fmt::format("light hardly fades: {:.3g} % of it is left after {} bounces",
+                      100.0 * after / first, bounce));
+    }
   }
   if (is_last) darken(radiance_, *origin, false);
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "radiosity/elements.h"
@@ -31,8 +32,11 @@ class Solution {
   // Of the bounces that are wanted at what is seen, those with at least one reflection before; and
   // of their light, that with the origin, if there is one. Throws Stopped; std::length_error if
   // links would need more than `most_bytes`; and std::runtime_error if light doesn't fade.
+  // `coarser`, if there is one, is the solution of the same elements before they were refined: what
+  // it knows of their geometry is not computed again.
   Solution(const Elements& elements, const Resolution& resolution, const BounceRange& bounces,
-           const LightOrigin* origin, size_t most_bytes, const Work& work);
+           const LightOrigin* origin, std::unique_ptr<Solution> coarser, size_t most_bytes,
+           const Work& work);
 
   size_t links() const { return links_; }
 
@@ -53,15 +57,18 @@ class Solution {
     std::vector<Matrix> matrix;
   };
 
+  bool comes_before(uint32_t a, uint32_t b) const;  // among links
+  void find_correction();
   void connect(size_t to, std::vector<uint32_t> candidates, const Work& work);
   Halving halving(size_t to, size_t from) const;
   double most_arriving(const Element& element, size_t face, const Vec3& point, double radius) const;
-  void fill(size_t to, Eye& eye);
+  std::vector<size_t> take_known(size_t to, Solution* coarser);
+  void fill(size_t to, const std::vector<size_t>& unknown, Eye& eye);
+  Linear<double> seen_from(const Element& element, Eye& eye) const;
   Linear<Rgb> direct(Eye& eye, const Element& element, int depth) const;
   std::vector<Linear<Rgb>> send(const std::vector<Linear<Rgb>>& light) const;
   std::vector<Linear<Rgb>> reflect(const std::vector<Linear<Rgb>>& light) const;
   void darken(std::vector<Linear<Rgb>>& light, const LightOrigin& origin, bool is_one) const;
-  void find_correction(Eye& eye, size_t to, const Linear<Rgb>& arriving);
   void bounce(const BounceRange& bounces, const LightOrigin* origin, const Work& work);
   void find_roughness();
   double difference(size_t parent, size_t child) const;
@@ -75,6 +82,7 @@ class Solution {
   size_t links_ = 0;
   std::vector<Linear<Rgb>> radiance_;  // for each element
   std::vector<double> roughness_, unevenness_;
+  std::vector<Linear<double>> seen_;  // how much of all directions, by what reflects
   std::vector<Linear<Rgb>> correction_;
   double typical_ = 0.0;
 };

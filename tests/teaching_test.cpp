@@ -208,9 +208,11 @@ TEST(Patches, ComeCloserToLinearElementsWithTheirNumber) {
   const Scene scene = read_scene(PLUMB_SCENES "/goral/scene.xml");
   const Faces faces(scene);
   Elements elements(faces, many);
-  const Solution first(elements, Resolution::level(0), {}, nullptr, size_t{1} << 30, quiet);
+  const Solution first(elements, Resolution::level(0), {}, nullptr, nullptr, size_t{1} << 30,
+                       quiet);
   elements.refine(first.unevenness(), Resolution::level(0).unevenness);
-  const Solution linear(elements, Resolution::level(1), {}, nullptr, size_t{1} << 30, quiet);
+  const Solution linear(elements, Resolution::level(1), {}, nullptr, nullptr, size_t{1} << 30,
+                        quiet);
   Eye eye(faces);
   double sum = 0.0, area = 0.0;  // over the floor
   std::vector<double> errors, mean_errors;
