@@ -93,12 +93,30 @@ double form_factor(const Vec3& normal, const Convex& polygon) {
 }
 
 Eye::Eye(const Faces& faces)
-    : faces_(faces), cones_(faces.polygon_count()), known_(faces.polygon_count()) {}
+    : faces_(faces),
+      is_redundant_(faces.polygon_count()),
+      cones_(faces.polygon_count()),
+      known_(faces.polygon_count()) {}
 
 void Eye::move_to(size_t face, const Vec3& point) {
   face_ = face;
   point_ = point;
   std::ranges::fill(known_, 0);
+  find_redundant();
+}
+
+void Eye::find_redundant() {
+  std::ranges::fill(is_redundant_, 0);
+  for (const Solid& solid : faces_.solids()) {
+    if (solid.open && solid.open->distanceTo(point_) > faces_.slack()) continue;
+    const auto height = [&](size_t polygon) {
+      const Face& front = faces_.front(polygon);
+      return front.normal.dot(point_) - front.offset;
+    };
+    const auto is_outside = [&](size_t p) { return height(p) > faces_.slack(); };
+    if (std::ranges::none_of(solid.polygons, is_outside)) continue;
+    for (const size_t p : solid.polygons) is_redundant_[p] = height(p) < 0.0;
+  }
 }
 
 bool Eye::sees_front(size_t face) const {
@@ -117,9 +135,11 @@ void Eye::find_cones(size_t face, std::vector<const Cone*>& cones) {
   cones.clear();
   cut_.clear();
   const View& view = faces_.view(face_, face);
+  const Convex whole = relative(faces_[face].outline.corners);
   cut_.reserve(view.obstacles.size());
   for (const int q : view.obstacles) {
     const auto polygon = static_cast<size_t>(q);
+    if (is_redundant_[polygon]) continue;
     const Face& front = faces_.front(polygon);
     const double height = front.normal.dot(point_) - front.offset;
     if (std::abs(height) <= faces_.slack()) continue;  // seen edge on
@@ -133,12 +153,12 @@ void Eye::find_cones(size_t face, std::vector<const Cone*>& cones) {
                               .before;
       if (part.size == 0) continue;
       cut_.push_back(cone(part));
-      cones.push_back(&cut_.back());
+      if (!cut_.back().misses(whole)) cones.push_back(&cut_.back());
       continue;
     }
     if (!known_[polygon]) cones_[polygon] = cone(relative(front.outline.corners));
     known_[polygon] = 1;
-    cones.push_back(&cones_[polygon]);
+    if (!cones_[polygon].misses(whole)) cones.push_back(&cones_[polygon]);
   }
 }
 
@@ -185,7 +205,6 @@ double Eye::form_factor_of(size_t face) {
   const Convex whole = relative(faces_[face].outline.corners);
   std::vector<const Cone*> cones;
   find_cones(face, cones);
-  std::erase_if(cones, [&](const Cone* cone) { return cone->misses(whole); });
   return see(face, whole, cones);
 }
 

@@ -41,7 +41,7 @@ class Eye {
   // Whether it is before the plane of a face, perhaps with something between.
   bool sees_front(size_t face) const;
 
-  // The cones of all that may stand before a face. They hold until the eye moves.
+  // The cones of what stands before some part of a face. They hold until the eye moves.
   void find_cones(size_t face, std::vector<const Cone*>& cones);
 
   Convex relative(std::span<const Vec3> corners) const;
@@ -58,14 +58,16 @@ class Eye {
   Rgb direct(const LightOrigin* origin = nullptr);
 
  private:
+  void find_redundant();
   double see(size_t face, const Convex& part, std::span<const Cone* const> cones);
 
   const Faces& faces_;
   size_t face_ = 0;
   Vec3 point_;
-  std::vector<Cone> cones_;     // of whole polygons
-  std::vector<uint8_t> known_;  // which of them are known
-  std::vector<Cone> cut_;       // of the parts before some face
+  std::vector<uint8_t> is_redundant_;  // of polygons: hides nothing that no other one hides
+  std::vector<Cone> cones_;            // of whole polygons
+  std::vector<uint8_t> known_;         // which of them are known
+  std::vector<Cone> cut_;              // of the parts before some face
   std::vector<Convex> pieces_;
 };
 

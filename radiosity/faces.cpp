@@ -43,8 +43,7 @@ void refuse_all_but_matte_polygons(const Scene& scene) {
     refused += "\n  a filter other than 'box': a pixel is the mean over its square";
   }
   if (refused.empty()) return;
-  throw Refusal("radiosity is for matte polygons, lamps among them, but there is:" +
-                              refused);
+  throw Refusal("radiosity is for matte polygons, lamps among them, but there is:" + refused);
 }
 
 bool is_seen(Place place) { return place == Place::before || place == Place::across; }
@@ -93,6 +92,9 @@ Faces::Faces(const Scene& scene) {
   size_ = box.size().length();
   slack_ = Polygon::rounding * size_;
   find_places();
+  for (size_t p = 0; p < fronts_.size(); ++p) {
+    if (p == 0 || front(p).shape != front(p - 1).shape) find_solid(p);
+  }
   views_.resize(faces_.size() * faces_.size());
   tbb::parallel_for(size_t{0}, views_.size(),
                     [&](size_t i) { views_[i] = find_view(i / faces_.size(), i % faces_.size()); });
@@ -109,6 +111,43 @@ void Faces::add(const Shape& shape, size_t index) {
     faces_.push_back(make_face(outline, shape, index, fronts_.size() - 1));
     faces_.back().radiance = Rgb(0.0);
   }
+}
+
+// If the polygons of a shape, from the first one on, are a solid's.
+void Faces::find_solid(size_t first) {
+  Solid solid;
+  Vec3 missing(0.0);  // area, along the normal: those of a closed surface add up to nothing
+  std::vector<std::array<Vec3, 2>> edges;
+  for (size_t p = first; p < fronts_.size() && front(p).shape == front(first).shape; ++p) {
+    const auto& c = front(p).outline.corners;
+    solid.polygons.push_back(p);
+    for (size_t i = 0; i < c.size(); ++i) {
+      edges.push_back({c[i], c[(i + 1) % c.size()]});
+      missing -= c[i].cross(edges.back()[1]) * 0.5;
+    }
+  }
+  if (solid.polygons.size() < 3) return;
+  const auto is_within = [&](const Vec3& normal, double offset) {
+    return std::ranges::all_of(
+        edges, [&](const auto& edge) { return normal.dot(edge[0]) - offset <= slack_; });
+  };
+  for (const size_t p : solid.polygons) {
+    if (!is_within(front(p).normal, front(p).offset)) return;
+  }
+  const auto touch = [&](const Vec3& a, const Vec3& b) { return (a - b).length() <= slack_; };
+  for (const auto& [a, b] : edges) {
+    const bool is_shared = std::ranges::any_of(
+        edges, [&](const auto& edge) { return touch(edge[0], b) && touch(edge[1], a); });
+    if (is_shared) continue;
+    if (missing.length() <= slack_ * size_) return;
+    if (!solid.open) solid.open = Imath::Plane3d(a, missing.normalized());
+    const Vec3& normal = solid.open->normal;
+    const double offset = solid.open->distance;
+    const bool is_in_plane =
+        std::abs(normal.dot(a) - offset) <= slack_ && std::abs(normal.dot(b) - offset) <= slack_;
+    if (!is_in_plane || !is_within(normal, offset)) return;
+  }
+  solids_.push_back(solid);
 }
 
 void Faces::find_places() {

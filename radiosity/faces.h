@@ -4,6 +4,9 @@
 // between two of them.
 #pragma once
 
+#include <Imath/ImathPlane.h>
+
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -43,6 +46,15 @@ struct View {
   std::vector<int> obstacles;  // polygons that may stand between, which no other test has ruled out
 };
 
+// Polygons of one shape that bound a convex solid, their fronts outwards; or all of it but what
+// lies in one plane, such as the bottom of a box that stands. From where none of that plane's
+// outside is seen, whatever hides behind a polygon that turns its back hides behind one that
+// doesn't, too.
+struct Solid {
+  std::vector<size_t> polygons;
+  std::optional<Imath::Plane3d> open;  // its normal points outwards
+};
+
 // The faces of a scene. Polygons have two faces, or one whose back is black; both sides of each
 // stand in the way. In each plane the first of those with the same side up lies on top.
 class Faces {
@@ -57,6 +69,7 @@ class Faces {
   size_t polygon_count() const { return fronts_.size(); }
   // The front of each polygon, which is the obstacle.
   const Face& front(size_t polygon) const { return faces_[fronts_[polygon]]; }
+  const std::vector<Solid>& solids() const { return solids_; }
   double size() const { return size_; }    // the diagonal of what holds the scene and its camera
   double slack() const { return slack_; }  // closer things touch
 
@@ -79,11 +92,13 @@ class Faces {
  private:
   void add(const Shape& shape, size_t index);
   void find_places();
+  void find_solid(size_t first_polygon);
   View find_view(size_t from, size_t to) const;
 
   std::vector<Face> faces_;
   std::vector<size_t> fronts_, lamps_;
   std::vector<bool> has_back_;
+  std::vector<Solid> solids_;
   std::vector<Place> places_;
   std::vector<View> views_;
   double size_ = 0.0, slack_ = 0.0;

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <numbers>
@@ -197,6 +198,63 @@ TEST(Visibility, HoldsInHardCases) {
   }
 }
 
+// Polygons that are a shape each bound no solid, so that all of them are looked at.
+TEST(Visibility, OfASolidIsThatOfAllItsPolygons) {
+  // Inside is the front: low z, low x, low y, high z, high x, high y.
+  const auto box = [](const Vec3& low, const Vec3& high) {
+    std::vector<Shape> sides = test::room(low, high, diffuse(0.0));
+    for (Shape& side : sides) {
+      auto& corners = std::get<Mesh>(side.geometry)[0].corners;
+      std::reverse(corners.begin(), corners.end());
+    }
+    return sides;
+  };
+  const auto without = [&](std::vector<Shape> sides, std::initializer_list<int> which) {
+    for (const int i : which) sides[size_t(i)].geometry = Mesh();
+    std::erase_if(sides, [](const Shape& side) { return std::get<Mesh>(side.geometry).empty(); });
+    return sides;
+  };
+  const auto standing = box({-0.3, -0.2, 0}, {0.1, 0.2, 0.4});
+  const auto floating = box({-0.3, -0.2, 0.2}, {0.1, 0.2, 0.6});
+  Scene turned = scene_of(floating);
+  turned = test::tilted(turned);
+  const struct {
+    const char* name;
+    std::vector<Shape> sides;
+    size_t solids;
+  } cases[] = {
+      {"stands", standing, 1},
+      {"stands, without a bottom", without(standing, {0}), 1},
+      {"floats", floating, 1},
+      {"floats, and is seen into from below", without(floating, {0}), 1},
+      {"open to a side", without(floating, {1}), 1},
+      {"open below and above: no solid", without(floating, {0, 3}), 0},
+      {"open to two sides: no solid", without(floating, {1, 2}), 0},
+      {"inside out: no solid", test::room({-0.3, -0.2, 0.2}, {0.1, 0.2, 0.6}, diffuse(0.0)), 0},
+      {"tilted", turned.shapes, 1},
+      {"through the floor", box({-0.3, -0.2, -0.3}, {0.1, 0.2, 0.4}), 1},
+      {"through the lamp", box({-0.3, -0.2, 0.5}, {0.1, 0.2, 1.4}), 1},
+      {"all is inside of it", box({-2, -2, -1}, {2, 2, 2}), 1},
+      {"all but a part of the lamp is inside of it", box({-2, -2, -1}, {0.3, 2, 2}), 1},
+  };
+  for (const auto& c : cases) {
+    std::vector<Shape> apart{unit_floor(), lamp()}, joined = apart;
+    joined.push_back(c.sides[0]);
+    auto& mesh = std::get<Mesh>(joined[2].geometry);
+    for (const Shape& side : c.sides) apart.push_back(side);
+    for (size_t i = 1; i < c.sides.size(); ++i) {
+      mesh.push_back(std::get<Mesh>(c.sides[i].geometry)[0]);
+    }
+    EXPECT_EQ(Faces(scene_of(joined)).solids().size(), c.solids) << c.name;
+    for (const double x : {-0.4, -0.3, -0.1, 0.1, 0.25, 0.5}) {
+      for (const double y : {-0.3, 0.0, 0.2}) {
+        EXPECT_NEAR(arriving(joined, {x, y, 0}), arriving(apart, {x, y, 0}), 2e-12)
+            << c.name << ", " << x << ", " << y;
+      }
+    }
+  }
+}
+
 // A closed room of surfaces that all emit what they don't reflect: nothing but radiance 1 keeps the
 // balance of energy, bounce by bounce. All form factors of a point then add up to 1, whatever
 // stands in between: a sheet with two emitting sides, another one that goes through it, a rug on
@@ -218,7 +276,7 @@ TEST(Energy, IsKeptInClosedRooms) {
     }
     const Faces faces(scene_of(shapes));
     const Elements elements(faces, enough);
-    const Solution solution(elements, Resolution::level(0), {}, nullptr, enough, quiet);
+    const Solution solution(elements, Resolution::level(0), {}, nullptr, nullptr, enough, quiet);
     Eye eye(faces);
     for (size_t face = 0; face < faces.list().size(); ++face) {
       const auto& corners = faces[face].outline.corners;
