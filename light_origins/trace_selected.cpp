@@ -28,9 +28,11 @@ int64_t trace_selected(const TraceJob<PackedScene<T>>& job) {
 int64_t trace_selected_float(const TraceJob<PackedScene<float>>& job) {
   return trace_selected<float>(job);
 }
+#if HWY_HAVE_FLOAT64  // not in WebAssembly's vectors
 int64_t trace_selected_double(const TraceJob<PackedScene<double>>& job) {
   return trace_selected<double>(job);
 }
+#endif
 
 }  // namespace plumb::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -39,17 +41,22 @@ HWY_AFTER_NAMESPACE();
 namespace plumb {
 
 HWY_EXPORT(trace_selected_float);
+#if HWY_HAVE_FLOAT64
 HWY_EXPORT(trace_selected_double);
+#endif
 
 void select_light(const LightOrigin& origin, Settings& settings) {
   static constexpr Tracer selective{.in_float =
                                         [](const TraceJob<PackedScene<float>>& job) {
                                           return HWY_DYNAMIC_DISPATCH(trace_selected_float)(job);
                                         },
+#if HWY_HAVE_FLOAT64
                                     .in_double =
                                         [](const TraceJob<PackedScene<double>>& job) {
                                           return HWY_DYNAMIC_DISPATCH(trace_selected_double)(job);
-                                        }};
+                                        }
+#endif
+  };
   settings.tracer = &selective;
   settings.origin = &origin;
 }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "faults/faults.h"
+#include "light_origins/trace_selected.h"
 #include "renderer/film.h"
 #include "renderer/packed_scene.h"
 #include "renderer/render.h"
@@ -33,6 +34,7 @@ using nlohmann::json;
 // One picture in progress.
 struct Picture {
   Settings settings;
+  LightOrigin origin;
   PackedScene<float> scene;
   Film film;
   int64_t first_pixel;
@@ -167,10 +169,12 @@ EXPORT(faults) int list_faults() {
 }
 
 // Begins a picture of the scene, of which this worker renders its share. `fault` is a number in
-// the list of faults, or -1.
+// the list of faults, or -1. `way` is LightOrigin's, of the light that came by way of the shapes
+// whose ids are the strings of a JSON array; -1: all light.
 EXPORT(begin)
 int begin(int picture, int width, int height, int method, int sampler, uint32_t seed,
-          int first_bounce, int last_bounce, int fault, int worker, int workers) {
+          int first_bounce, int last_bounce, int fault, int way, const char* ids, size_t ids_size,
+          int worker, int workers) {
   try {
     Scene changed = scene;
     changed.camera.width = width;
@@ -181,14 +185,25 @@ int begin(int picture, int width, int height, int method, int sampler, uint32_t 
                       .seed = seed,
                       .bounces = {first_bounce, last_bounce}};
     if (fault >= 0) plant(faults().at(static_cast<size_t>(fault)).fault, changed, settings);
+    LightOrigin origin;
+    if (way >= 0) {
+      if (settings.tracer != nullptr) {
+        return failed("light by way of some shapes alone can't be drawn with this bug");
+      }
+      origin = light_origin(scene, static_cast<LightOrigin::Way>(way),
+                            json::parse(ids, ids + ids_size).get<std::vector<std::string>>());
+    }
     pictures.erase(picture);
     pictures.insert({picture,
                      {.settings = settings,
+                      .origin = origin,
                       .scene = PackedScene<float>(changed),
                       .film = Film(width, height),
                       .first_pixel = pixels_at_once * worker,
                       .shares = workers}});
-    pictures.at(picture).film.set_brightness(changed.brightness());
+    Picture& begun = pictures.at(picture);
+    begun.film.set_brightness(changed.brightness());
+    if (way >= 0) select_light(begun.origin, begun.settings);
     return 0;
   } catch (const std::exception& error) {
     return failed(error.what());

@@ -3,6 +3,7 @@
 // The renderer's core: one instance of the WebAssembly module, in a page, a worker or Node.
 
 export const METHODS = ['bsdf', 'nee', 'mis'];
+export const WAYS = ['from', 'by'];  // as `plumb render` has them
 export const SAMPLERS = ['independent', 'sobol'];
 export const MOST_BOUNCES = 2 ** 31 - 1;
 
@@ -63,13 +64,15 @@ export class Core {
   }
 
   /**
-   * Begins the picture of that number anew. `share` is [k, n]: this core draws the k-th of every n
+   * Begins the picture of that number anew. `light` in the settings is {way, ids}, of the light that came by way of these
+   * shapes alone, or null. `share` is [k, n]: this core draws the k-th of every n
    * chunks of pixels.
    */
   begin(picture, settings, share = [0, 1]) {
-    const {width, height, method, sampler, seed, bounces: [first, last], fault} = settings;
-    this.check(this.exports.begin(picture, width, height, METHODS.indexOf(method),
-      SAMPLERS.indexOf(sampler), seed, first, Math.min(last, MOST_BOUNCES), fault, ...share));
+    const {width, height, method, sampler, seed, bounces: [first, last], fault, light} = settings;
+    this.check(this.withBytes(JSON.stringify(light?.ids ?? []), (ids, size) => this.exports.begin(
+      picture, width, height, METHODS.indexOf(method), SAMPLERS.indexOf(sampler), seed, first,
+      Math.min(last, MOST_BOUNCES), fault, WAYS.indexOf(light?.way), ids, size, ...share)));
   }
 
   /** Adds the samples from `first` to below `last`. */

@@ -12,7 +12,7 @@ import {compileCore, radianceOf, startWorkers} from './stored.js';
 const DRAWING = 100;   // milliseconds between two drawings
 const ENOUGH = 65536;  // samples per pixel after which a figure rests
 const SEED = 1;        // as `plumb render` has it
-const USUAL = {method: 'mis', sampler: 'sobol', first: 0, last: null, fault: null, parameters: {}};
+const USUAL = {method: 'mis', sampler: 'sobol', first: 0, last: null, fault: null, light: null, parameters: {}};
 
 const percent = value => `${Number((100 * value).toPrecision(3))} %`;
 
@@ -129,9 +129,9 @@ class Figure {
     for (let across = this.scene.picture?.width; this.reference && across > width; across /= 2)
       this.reference = halved(this.reference, across, across * height / width);
     this.names.forEach((picture, number) => {
-      const {method, sampler, first, last, fault} = this.settingsOf(picture);
+      const {method, sampler, first, last, fault, light} = this.settingsOf(picture);
       this.renderer.begin(number, {width, height, method, sampler, seed: SEED,
-        bounces: [first, last ?? Infinity], fault: fault === null ? -1 : this.faults.indexOf(fault)});
+        bounces: [first, last ?? Infinity], light, fault: fault === null ? -1 : this.faults.indexOf(fault)});
     });
   }
 

@@ -9,7 +9,7 @@ A comment, <!-- live: {...} -->, after a picture and the paragraph that describe
 makes a live figure that takes their place. JSON:
   scene     a stored scene's folder, or a file in docs/lessons/
   pictures  by name, the settings of each: method, sampler, first and last (bounces; null: any), fault,
-            and parameters (values of the scene's <default>s, the same for all pictures)
+            light ({way: "by" or "from", ids}; null: all), and parameters (values of the scene's <default>s, the same for all pictures)
   settings  those of all pictures
   controls  a list of {title, values, start, isSlider}; values are settings by name, and count most
   size      the longer side in pixels: that of the scene, a half or a quarter of it

@@ -166,6 +166,8 @@ class Page {
     this.panel.undo.disabled = this.now === 0;
     this.panel.redo.disabled = this.now === this.past.length - 1;
     this.fillSelected();
+    this.fillOrigins();
+    this.tellWords();
     this.fillShow();
     this.begin();
     this.updateAddress();
@@ -224,6 +226,7 @@ class Page {
       width: Math.max(8, Math.round(width * scale)), height: Math.max(8, Math.round(height * scale)),
       method: controls.method.value, sampler: controls.sampler.value, seed: SEED,
       bounces: [Number(first) || 0, last === '' ? Infinity : Number(last)], fault: Number(controls.fault.value),
+      light: controls.way.value ? {way: controls.way.value, ids: [controls.origin.value]} : null,
     };
   }
 
@@ -252,7 +255,7 @@ class Page {
   /** The reference for a picture, if there is one. */
   referenceFor({settings}) {
     const reference = this.references.plumbline;
-    const fits = reference && !this.isEdited && settings.width === reference.width;
+    const fits = reference && !this.isEdited && settings.width === reference.width && !settings.light;
     return fits && settings.bounces[0] === 0 && settings.bounces[1] === Infinity ? reference.values : null;
   }
 
@@ -524,6 +527,14 @@ class Page {
     this.fillThing();
   }
 
+  /** A shape that is still there remains chosen. */
+  fillOrigins() {
+    for (const {origin} of Object.values(this.controls)) {
+      const before = origin.value, ids = this.description.shapes.map(({id}) => id);
+      origin.replaceChildren(...ids.map(id => new Option(id, id, false, id === before)));
+    }
+  }
+
   fillThing() {
     const shape = this.description.shapes[this.selected], {panel} = this;
     find('.thing').hidden = !shape;
@@ -546,10 +557,13 @@ class Page {
     this.panel.stops.value = `${stops > 0 ? '+' : ''}${stops} stops`.replace('-', '−');
   }
 
-  tellFaults() {
-    for (const {fault} of Object.values(this.controls)) {
-      const told = fault.closest('fieldset').querySelector('.fault');
-      told.textContent = fault.value === '-1' ? '' : `plumb render … --fault ${fault.selectedOptions[0].text.split(':')[0]}`;
+  /** The command's words for what is drawn that is not the scene's usual picture. */
+  tellWords() {
+    for (const {fault, way, origin} of Object.values(this.controls)) {
+      const words = [way.value && `--${way.value} ${origin.value}`,
+        fault.value !== '-1' && `--fault ${fault.selectedOptions[0].text.split(':')[0]}`].filter(Boolean);
+      origin.closest('label').hidden = !way.value;
+      fault.closest('fieldset').querySelector('.words').textContent = words.length ? `plumb render … ${words.join(' ')}` : '';
     }
   }
 
@@ -631,7 +645,7 @@ class Page {
   changeSettings(input) {
     find('.settings[data-of=B]').hidden = !this.panel.compare.checked;
     if (input.name === 'without') this.setBounces(input.checked ? this.effect.without : [0, Infinity]);
-    this.tellFaults();
+    this.tellWords();
     this.begin();
   }
 

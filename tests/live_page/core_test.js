@@ -103,6 +103,24 @@ describe('The core', () => {
     assert.deepEqual(draw(core, small(), 256).mean, healthy);
   });
 
+  it('draws light from some shapes alone, which adds up to all', async () => {
+    const core = await coreWith('cornell'), ids = core.load(await filesOf('cornell'), 'scene.xml').shapes.map(({id}) => id);
+    const whole = draw(core, small(), 16).mean;
+    const parts = ids.map(id => draw(core, small({light: {way: 'from', ids: [id]}}), 16).mean);
+    const most = whole.reduce((worst, value, i) =>
+      Math.max(worst, Math.abs(parts.reduce((sum, part) => sum + part[i], -value)) / (value + 1)), 0);
+    assert.ok(most < 1e-5, `${most}`);
+    // What the red wall has reflected is red.
+    const red = draw(core, small({light: {way: 'by', ids: ['left_wall']}}), 16).mean;
+    const [r, g] = [0, 1].map(c => red.reduce((sum, value, i) => i % 3 === c ? sum + value : sum, 0));
+    assert.ok(r > 5 * g && g > 0, `${r} ${g}`);
+    assert.deepEqual(draw(core, small(), 16).mean, whole);
+    const light = {way: 'by', ids: ['no_wall']};
+    assert.throws(() => draw(core, small({light}), 1), /no_wall/);
+    const fault = core.faults().findIndex(([name]) => name === 'webgl-demo');
+    assert.throws(() => draw(core, small({light: {way: 'by', ids: ['floor']}, fault}), 1), /this bug/);
+  });
+
   it('says what is wrong in a scene, and where, and keeps the one before', async () => {
     const core = await coreWith('seed'), before = draw(core, small(), 4).mean;
     const {'scene.xml': good} = await filesOf('seed');

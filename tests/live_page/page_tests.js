@@ -107,7 +107,7 @@ export function testIn(name) {
       };
       const {samples} = await live.picture(32), healthy = await errorOf();
       await live.chooseText('fault', 'webgl-demo', 'A');
-      assert.match(await live.text('[data-of=A] .fault'), /--fault webgl-demo/);
+      assert.match(await live.text('[data-of=A] .words'), /--fault webgl-demo/);
       await live.picture(samples);
       assert.ok(await errorOf() > 1.5 * healthy, `${await errorOf()}, ${healthy}`);
       await live.chooseText('fault', 'gamma-reflectance', 'A');
@@ -123,6 +123,13 @@ export function testIn(name) {
       }
       const offered = await live.page.$$eval('[data-of=A] [name=fault] option', options => options.length);
       assert.equal(offered, faults.length + 1);
+    });
+
+    test('shows what light a wall has reflected', async live => {
+      await live.choose('way', 'by', 'A');
+      await live.choose('origin', 'left_wall', 'A');
+      assert.equal(await live.text('[data-of=A] .words'), 'plumb render … --by left_wall');
+      await live.check({light: {way: 'by', ids: ['left_wall']}});
     });
 
     test('compares two settings side by side', async live => {

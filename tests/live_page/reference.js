@@ -20,7 +20,7 @@ export async function filesOf(scene) {
 
 /** As the page begins with them, but for some. */
 export const settingsOf = changes => ({width: 256, height: 256, method: 'mis', sampler: 'sobol', seed: 1,
-  bounces: [0, Infinity], fault: -1, ...changes});
+  bounces: [0, Infinity], fault: -1, light: null, ...changes});
 
 /** A picture of the scene that the core holds: {settings, mean, variance}. */
 export function draw(core, settings, samples, share) {
