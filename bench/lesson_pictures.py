@@ -134,10 +134,18 @@ def bleeding():
     put("bleeding", "bounces", ["bounces", "red", "green", "blue"],
         [[word, *(percent(value / all_light) for value, all_light in zip(row, total))]
          for word, row in zip(["0 (the lamp itself)", "1 (direct light)", "2", "3", "4", "5 and more"], found)])
+    shapes = {"the red wall": "left_wall", "the green wall": "right_wall", "the back wall": "back_wall",
+              "the floor": "floor", "the ceiling": "ceiling", "the tall block": "tall_block",
+              "the short block": "short_block"}
+    parts = {word: render(scene, "--by", shape, "--spp", 512) for word, shape in shapes.items()}
+    reflected = [sum(row[c] for row in found[1:]) for c in range(3)]
+    put("bleeding", "by", ["reflected by", "red", "green", "blue"],
+        [[word, *(percent(value / light) for value, light in zip(means(file), reflected))] for word, file in parts.items()])
     # Patches of the back wall, above the blocks.
     patches = {"beside the red wall": (58, 70, 8, 16), "in the middle": (124, 70, 8, 16),
                "beside the green wall": (190, 70, 8, 16)}
     whole = render(scene, "--spp", 2048)
+    mosaic([whole, parts["the red wall"], parts["the green wall"]], 3, PICTURES / "bleeding_by.png", 2.8)
     put("bleeding", "wall", ["back wall", "direct light, R : G", "2 bounces, R : G", "all light, R : G"],
         [[word, *(f"{red / green:.2f}" for red, green, _ in (means(file, window)
                                                              for file in (files[1], files[2], whole)))]

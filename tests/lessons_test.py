@@ -69,13 +69,18 @@ class Lessons(unittest.TestCase):
         for file, live in FIGURES:
             scene = make_lessons.scene_file(live["scene"])
             self.assertTrue(scene.is_file(), scene)
-            defaults = {node.get("name") for node in xml.etree.ElementTree.parse(scene).iter("default")}
+            nodes = xml.etree.ElementTree.parse(scene)
+            defaults = {node.get("name") for node in nodes.iter("default")}
+            shapes = {node.get("id") for node in nodes.iter("shape")}
             for settings in all_settings(live):
                 with self.subTest(f"{file.name}: {settings}"):
-                    self.assertLessEqual(set(settings), {*known, "first", "last", "parameters"})
+                    self.assertLessEqual(set(settings), {*known, "first", "last", "light", "parameters"})
                     for name in set(settings) & set(known):
                         self.assertIn(settings[name], known[name])
                     self.assertLessEqual(set(settings.get("parameters", {})), defaults)
+                    light = settings.get("light") or {"way": "by", "ids": []}
+                    self.assertIn(light["way"], {"by", "from"})
+                    self.assertLessEqual(set(light["ids"]), shapes)
             for control in live.get("controls", []):
                 self.assertIn(control["start"], control["values"])
             self.assertIn(live.get("against", next(iter(live["pictures"]))), live["pictures"])
