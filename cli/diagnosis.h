@@ -28,7 +28,7 @@ struct Diagnosis {
 // refined until it does so within `tolerance`, as a part of what is judged, or as well as the
 // reference. `show` is called with what is done. Returns nothing after a stop. Throws ImageError if
 // the picture has no R, G and B or unfit values.
-std::optional<Diagnosis> diagnose(const Scene& scene, Picture& test, double tolerance,
+std::optional<Diagnosis> diagnose(const Scene& original, Picture& test, double tolerance,
                                   const std::function<void(const std::string&)>& show,
                                   const std::atomic<bool>& stop);
 
