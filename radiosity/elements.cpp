@@ -104,6 +104,7 @@ std::vector<Convex> pieces_of(const Faces& faces, size_t face,
   for (const Vec3& corner : faces[face].outline.corners) pieces[0].add(corner);
   for (const auto& [a, b] : along_these) {
     const Vec3 across = faces[face].normal.cross(b - a).normalized(), along = (b - a).normalized();
+    make_room(pieces);
     const size_t count = pieces.size();
     for (size_t i = 0; i < count; ++i) {
       const Parts parts = cut(pieces[i], across, across.dot(a), faces.slack());

@@ -197,6 +197,29 @@ TEST(Visibility, HoldsInHardCases) {
   }
 }
 
+// A floor is cut along what stands on it. Within a column of many sides that leaves a piece with as
+// many corners.
+TEST(Elements, MakeUpAFaceWithAColumnOfManySidesOnIt) {
+  constexpr int sides = 40;
+  const auto corner = [](int i, double height) {
+    const double angle = 2.0 * pi * i / sides;
+    return Vec3(0.4 * std::cos(angle), 0.4 * std::sin(angle), height);
+  };
+  Shape column{"column", Mesh{}, diffuse(0.5), Rgb(0.0)};
+  for (int i = 0; i < sides; ++i) {
+    std::get<Mesh>(column.geometry)
+        .push_back({{corner(i, 0), corner(i + 1, 0), corner(i + 1, 0.3), corner(i, 0.3)}});
+  }
+  const Faces faces(scene_of({unit_floor(), column}));
+  double within = 0.0, area = 0.0;
+  for (const Element& part : parts_of(faces, 0, true)) {
+    area += part.whole;
+    if (part.center.length() < 0.4 * std::cos(pi / sides)) within += part.whole;
+  }
+  EXPECT_NEAR(area, 1.0, 1e-12);
+  EXPECT_NEAR(within, 0.5 * sides * 0.16 * std::sin(2.0 * pi / sides), 1e-12);
+}
+
 // A closed room of surfaces that all emit what they don't reflect: nothing but radiance 1 keeps the
 // balance of energy, bounce by bounce. All form factors of a point then add up to 1, whatever
 // stands in between: a sheet with two emitting sides, another one that goes through it, a rug on
