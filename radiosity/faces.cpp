@@ -43,8 +43,7 @@ void refuse_all_but_matte_polygons(const Scene& scene) {
     refused += "\n  a filter other than 'box': a pixel is the mean over its square";
   }
   if (refused.empty()) return;
-  throw Refusal("radiosity is for matte polygons, lamps among them, but there is:" +
-                              refused);
+  throw Refusal("radiosity is for matte polygons, lamps among them, but there is:" + refused);
 }
 
 bool is_seen(Place place) { return place == Place::before || place == Place::across; }
@@ -92,6 +91,7 @@ Faces::Faces(const Scene& scene) {
   for (const Face& face : faces_) extend(box, face.outline.corners);
   size_ = box.size().length();
   slack_ = Polygon::rounding * size_;
+  find_extents(scene.shapes.size());
   find_places();
   views_.resize(faces_.size() * faces_.size());
   tbb::parallel_for(size_t{0}, views_.size(),
@@ -109,6 +109,12 @@ void Faces::add(const Shape& shape, size_t index) {
     faces_.push_back(make_face(outline, shape, index, fronts_.size() - 1));
     faces_.back().radiance = Rgb(0.0);
   }
+}
+
+void Faces::find_extents(size_t shapes) {
+  std::vector<Box> boxes(shapes);
+  for (const Face& face : faces_) extend(boxes[face.shape], face.outline.corners);
+  for (const Box& box : boxes) extents_.push_back(box.isEmpty() ? 0.0 : box.size().length());
 }
 
 void Faces::find_places() {
@@ -139,6 +145,18 @@ double Faces::nearness(size_t face, const Vec3& center, double radius) const {
     if (is_seen(place(face, polygon))) least = std::min(least, distance(center, polygon));
   }
   return radius / std::max(radius, least);
+}
+
+double Faces::detail(size_t face, const Vec3& point) const {
+  double least = size_;
+  for (size_t polygon = 0; polygon < polygon_count(); ++polygon) {
+    const size_t shape = front(polygon).shape;
+    if (shape == faces_[face].shape || detail_of(shape) >= least) continue;
+    if (!is_seen(place(face, polygon))) continue;
+    const double away = largest_detail * distance(point, polygon);
+    least = std::min(least, std::max(detail_of(shape), away));
+  }
+  return least;
 }
 
 View Faces::find_view(size_t from, size_t to) const {

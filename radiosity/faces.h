@@ -4,6 +4,7 @@
 // between two of them.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -73,15 +74,26 @@ class Faces {
   // Of a circle on a face: its radius over the distance of its centre from the nearest edge before
   // the face, but at most 1. Where it is large, light changes within the circle.
   double nearness(size_t face, const Vec3& center, double radius) const;
+  // How fine the light on a face may be around a point: in parts of this as it is elsewhere in
+  // parts of the scene's size. A shape that is seen from there casts shadows and light of its own
+  // size, or of its distance if that is more. What is a twelfth of the scene, or larger, changes
+  // nothing.
+  double detail(size_t face, const Vec3& point) const;
+  // Of one shape.
+  double detail_of(size_t shape) const { return std::min(size_, largest_detail * extents_[shape]); }
   // Whether, in the same plane, the polygon lies on top of the face.
   bool is_on_top(size_t polygon, size_t face) const;
 
  private:
   void add(const Shape& shape, size_t index);
+  void find_extents(size_t shapes);
   void find_places();
   View find_view(size_t from, size_t to) const;
 
+  static constexpr double largest_detail = 12.0;  // in parts of a shape
+
   std::vector<Face> faces_;
+  std::vector<double> extents_;  // of shapes: the diagonals of their boxes
   std::vector<size_t> fronts_, lamps_;
   std::vector<bool> has_back_;
   std::vector<Place> places_;

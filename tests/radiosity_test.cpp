@@ -314,6 +314,20 @@ TEST(Radiosity, AgreesWithPathTracingBounceByBounce) {
   expect_agreement(small_room(), {}, Method::plain, 64);
 }
 
+// A screen and a lamp on a floor ten thousand times as large: elements have to be as fine as what
+// stands there, for else their points miss the light below the lamp, at every resolution.
+TEST(Radiosity, AgreesWithPathTracingOfSmallThingsOnAHugeFloor) {
+  Scene scene;
+  scene.shapes = {parallelogram({-5000, 0, 5000}, {10000, 0, 0}, {0, 0, -10000}, diffuse(0.5)),
+                  parallelogram({-0.5, 0, 0}, {1, 0, 0}, {0, 1, 0}, diffuse(0.7)),
+                  parallelogram({-0.5, 2, 1}, {1, 0, 0}, {0, 0, 1}, diffuse(0.0), 10.0)};
+  scene.camera = test::camera({1, 1, 3}, {0, 0.3, 0}, 40.0);
+  const Picture picture = draw_level(scene, 1);
+  EXPECT_LT(picture.image_floor, 1e-3);
+  EXPECT_LT(picture.block_floor, 1e-2);
+  expect_agreement(scene, {2, 2}, Method::mis, 4096);
+}
+
 TEST(Radiosity, AgreesWithPathTracingInTheCornellBox) {
   Scene scene = read_scene(PLUMB_SCENES "/cornell/scene.xml");
   scene.camera.width = scene.camera.height = 24;
