@@ -5,11 +5,15 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <limits>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "radiosity/convex.h"
+#include "radiosity/work.h"
 #include "scene/scene.h"
 
 namespace plumb::radiosity {
@@ -49,8 +53,12 @@ struct View {
 class Faces {
  public:
   // Throws std::invalid_argument, which lists what radiosity can't do, with its names: shapes that
-  // are no matte polygons, a sky, point lamps, other filters than `box`.
-  explicit Faces(const Scene& scene);
+  // are no matte polygons, a sky, point lamps, other filters than `box`; std::length_error if what
+  // each pair of faces has between it would need more than `most_bytes`; and Stopped (work.h).
+  explicit Faces(const Scene& scene, size_t most_bytes = std::numeric_limits<size_t>::max(),
+                 const Work& work = {[](const std::string&) {}, nullptr});
+
+  size_t bytes() const { return bytes_; }  // that the pairs need
 
   const std::vector<Face>& list() const { return faces_; }
   const Face& operator[](size_t i) const { return faces_[i]; }
@@ -87,7 +95,8 @@ class Faces {
  private:
   void add(const Shape& shape, size_t index);
   void find_extents(size_t shapes);
-  void find_places();
+  void find_places(const Work& work);
+  void find_views(size_t most_bytes, const Work& work);
   View find_view(size_t from, size_t to) const;
 
   static constexpr double largest_detail = 12.0;  // in parts of a shape
@@ -98,6 +107,7 @@ class Faces {
   std::vector<bool> has_back_;
   std::vector<Place> places_;
   std::vector<View> views_;
+  size_t bytes_ = 0;
   double size_ = 0.0, slack_ = 0.0;
 };
 

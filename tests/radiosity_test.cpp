@@ -389,6 +389,27 @@ TEST(Radiosity, RefusesWhatDoesNotFitIntoMemoryWithTheNumberOfElements) {
   EXPECT_NE(message_of(size_t{1} << 21).find(" elements with "), std::string::npos);
 }
 
+// What may stand between each two of its faces is more than all of their elements.
+TEST(Radiosity, RefusesMeshesOfTooManyFacesForTheMemory) {
+  Scene scene = small_room();
+  scene.shapes.push_back(test::icosphere({0, 0, 0}, 0.2, 3, diffuse(0.5)));
+  try {
+    draw(scene, {.bounces = {}, .most_bytes = size_t{1} << 24}, quiet);
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("1295 faces"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Radiosity, IsStoppedBeforeAnyPicture) {
+  std::atomic<bool> stop = false;
+  const Work work{[&](const std::string& phase) { stop = stop || phase.starts_with("views"); },
+                  &stop};
+  const Picture picture = draw(small_room(), {.bounces = {}, .most_bytes = enough}, work);
+  EXPECT_EQ(picture.why_ended, "interrupted");
+  EXPECT_EQ(picture.level, -1);
+}
+
 TEST(Radiosity, RefusesAllButMattePolygonsByName) {
   Scene scene = small_room();
   Shape ball = test::sphere({0, 0, 0}, 0.1, diffuse(0.5));
