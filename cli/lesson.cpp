@@ -489,7 +489,7 @@ void Lesson::show_meshes() {
 
 void teach(const Scene& scene, const std::filesystem::path& folder, double exposure,
            size_t most_bytes, const Work& work) {
-  const Faces faces(scene);
+  const Faces faces(scene, most_bytes, work);
   if (faces.lamps().empty()) throw std::invalid_argument("there is no lamp in the scene");
   std::error_code failed;  // which the check would tell, too
   std::filesystem::create_directories(folder, failed);

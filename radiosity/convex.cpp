@@ -39,20 +39,6 @@ Heights heights(const Convex& polygon, const Side& side) {
   return result;
 }
 
-// Makes room for the corners that cuts add.
-void halve_large(std::vector<Convex>& pieces) {
-  constexpr int most_cuts = 5;  // of a cone
-  for (size_t i = 0; i < pieces.size(); ++i) {
-    const Convex whole = pieces[i];
-    if (whole.size + most_cuts <= Convex::most) continue;
-    const int middle = whole.size / 2;
-    pieces[i].size = middle + 1;
-    Convex rest;
-    for (int k = middle; k <= whole.size; ++k) rest.add(whole.corners[size_t(k % whole.size)]);
-    pieces.push_back(rest);
-  }
-}
-
 }  // namespace
 
 bool Cone::misses(const Convex& polygon) const {
@@ -96,8 +82,21 @@ Parts cut(const Convex& polygon, const Vec3& normal, double offset, double slack
   return cut(polygon, heights);
 }
 
+void make_room(std::vector<Convex>& pieces) {
+  constexpr int most_cuts = 5;  // of a cone
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    const Convex whole = pieces[i];
+    if (whole.size + most_cuts <= Convex::most) continue;
+    const int middle = whole.size / 2;
+    pieces[i].size = middle + 1;
+    Convex rest;
+    for (int k = middle; k <= whole.size; ++k) rest.add(whole.corners[size_t(k % whole.size)]);
+    pieces.push_back(rest);
+  }
+}
+
 void subtract(std::vector<Convex>& pieces, const Cone& cone) {
-  halve_large(pieces);
+  make_room(pieces);
   const size_t count = pieces.size();
   for (size_t i = 0; i < count; ++i) {
     if (cone.misses(pieces[i])) continue;

@@ -14,8 +14,8 @@
 namespace plumb::radiosity {
 
 struct Convex {
-  static constexpr int most = 16;
-  int size = 0;  // 0: nothing, else at least 3
+  static constexpr int most = 16;  // corners; each cut may add one
+  int size = 0;                    // 0: nothing, else at least 3
   std::array<Vec3, most> corners;
 
   Convex() = default;
@@ -68,6 +68,9 @@ struct Parts {
 };
 Parts cut(const Convex& polygon, const Side& side);
 Parts cut(const Convex& polygon, const Vec3& normal, double offset, double slack);
+
+// Halves the pieces with so many corners that five cuts might add more than there is room for.
+void make_room(std::vector<Convex>& pieces);
 
 // Takes away from each of the pieces what lies in the cone.
 void subtract(std::vector<Convex>& pieces, const Cone& cone);

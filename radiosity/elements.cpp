@@ -11,7 +11,7 @@
 namespace plumb::radiosity {
 namespace {
 
-constexpr double smallest = 1.0 / 32.0;  // radius, in parts of the scene's size
+constexpr double smallest = 1.0 / 32.0;  // radius, in parts of Faces::detail()
 
 using Symmetric = std::array<Vec3, 3>;
 
@@ -77,7 +77,7 @@ void join(const Element& parent, Element& child, const Face& face) {
 using Segment = std::array<Vec3, 2>;
 
 // Where a face is touched, or almost, by what stands on it, or goes through it.
-std::vector<Segment> contacts(const Faces& faces, size_t face, double almost) {
+std::vector<Segment> contacts(const Faces& faces, size_t face) {
   std::vector<Segment> segments;
   const Face& on = faces[face];
   const auto height = [&](const Vec3& point) { return on.normal.dot(point) - on.offset; };
@@ -86,6 +86,7 @@ std::vector<Segment> contacts(const Faces& faces, size_t face, double almost) {
     if (place == Place::behind || polygon == on.polygon) continue;
     Convex part;
     for (const Vec3& corner : faces.front(polygon).outline.corners) part.add(corner);
+    const double almost = smallest / 4.0 * faces.detail_of(faces.front(polygon).shape);
     if (place == Place::across) part = cut(part, on.normal, on.offset, faces.slack()).before;
     for (int i = 0; i < part.size; ++i) {
       const Vec3& a = part.corners[size_t(i)];
@@ -104,6 +105,7 @@ std::vector<Convex> pieces_of(const Faces& faces, size_t face,
   for (const Vec3& corner : faces[face].outline.corners) pieces[0].add(corner);
   for (const auto& [a, b] : along_these) {
     const Vec3 across = faces[face].normal.cross(b - a).normalized(), along = (b - a).normalized();
+    make_room(pieces);
     const size_t count = pieces.size();
     for (size_t i = 0; i < count; ++i) {
       const Parts parts = cut(pieces[i], across, across.dot(a), faces.slack());
@@ -173,10 +175,9 @@ std::array<Element, 2> Element::halves(const Faces& faces) const {
 }
 
 std::vector<Element> parts_of(const Faces& faces, size_t face, bool is_cut) {
-  const double almost = smallest / 4.0 * faces.size();
   std::vector<Element> parts;
   for (const Convex& piece :
-       pieces_of(faces, face, is_cut ? contacts(faces, face, almost) : std::vector<Segment>())) {
+       pieces_of(faces, face, is_cut ? contacts(faces, face) : std::vector<Segment>())) {
     const auto& c = piece.corners;
     for (int i = 2; i < piece.size; i += 2) {
       std::vector<Vec3> outline{c[0], c[size_t(i - 1)], c[size_t(i)]};
@@ -200,14 +201,16 @@ Elements::Elements(const Faces& faces, size_t most) : faces_(faces), most_(most)
   roots_ = list_.size();
   for (size_t i = 0; i < list_.size(); ++i) {
     const Element& element = list_[i];
-    const bool is_split = i < roots_ || element.radius > largest * size ||
-                          (element.radius > smallest * size && element.nearness > grading);
+    const bool is_split =
+        i < roots_ || element.radius > largest * size ||
+        (element.radius > smallest * element.detail && element.nearness > grading);
     if (is_split) split(i);
   }
 }
 
 void Elements::add(Element element) {
   element.nearness = faces_.nearness(element.face, element.center, element.radius);
+  element.detail = faces_.detail(element.face, element.center);
   list_.push_back(element);
 }
 
@@ -227,7 +230,8 @@ void Elements::refine(std::vector<double> unevenness, double allowed) {
     for (const int child : {list_[i].child, list_[i].child + 1}) {
       const Element& half = list_[size_t(child)];
       unevenness.push_back(most * half.radius / list_[i].radius *
-                           std::pow(half.nearness / list_[i].nearness, 2));
+                           std::pow(half.nearness / list_[i].nearness, 2) * list_[i].detail /
+                           half.detail);
     }
   }
 }

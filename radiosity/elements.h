@@ -41,6 +41,7 @@ struct Element {
   double whole = 0.0;     // its area
   double radius;          // of the circle around the centre that holds it
   double nearness = 0.0;  // Faces::nearness()
+  double detail = 0.0;    // Faces::detail() at its centre
   int child = -1;         // the first of two, which are neighbours; -1: none
 
   // Gauss points, exact for what two linear functions make; the area of each; and what its value

@@ -4,9 +4,9 @@
 
 #include <Imath/ImathBox.h>
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -59,6 +59,13 @@ Place place_of(const Polygon& polygon, const Face& face, double slack) {
   return least >= -slack ? Place::before : Place::across;
 }
 
+[[noreturn]] void refuse_memory(size_t faces, size_t bytes) {
+  throw std::length_error(fmt::format(
+      "what may be between each two of {} faces needs {:.2g} GB or more, and half of the "
+      "memory is less: radiosity is for some hundred faces",
+      faces, double(bytes) / 1e9));
+}
+
 double distance(const Vec3& point, const Vec3& a, const Vec3& b) {
   const Vec3 along = b - a;
   const double t = std::clamp((point - a).dot(along) / along.length2(), 0.0, 1.0);
@@ -83,7 +90,7 @@ Face make_face(const Polygon& outline, const Shape& shape, size_t index, size_t 
 
 }  // namespace
 
-Faces::Faces(const Scene& scene) {
+Faces::Faces(const Scene& scene, size_t most_bytes, const Work& work) {
   refuse_all_but_matte_polygons(scene);
   for (size_t i = 0; i < scene.shapes.size(); ++i) add(scene.shapes[i], i);
   Box box;
@@ -91,13 +98,15 @@ Faces::Faces(const Scene& scene) {
   for (const Face& face : faces_) extend(box, face.outline.corners);
   size_ = box.size().length();
   slack_ = Polygon::rounding * size_;
-  find_places();
+  find_extents(scene.shapes.size());
+  const size_t count = faces_.size();
+  bytes_ = count * fronts_.size() * sizeof(Place) + count * count * sizeof(View);
+  if (bytes_ > most_bytes) refuse_memory(count, bytes_);
+  find_places(work);
   for (size_t p = 0; p < fronts_.size(); ++p) {
     if (p == 0 || front(p).shape != front(p - 1).shape) find_solid(p);
   }
-  views_.resize(faces_.size() * faces_.size());
-  tbb::parallel_for(size_t{0}, views_.size(),
-                    [&](size_t i) { views_[i] = find_view(i / faces_.size(), i % faces_.size()); });
+  find_views(most_bytes, work);
 }
 
 void Faces::add(const Shape& shape, size_t index) {
@@ -150,9 +159,15 @@ void Faces::find_solid(size_t first) {
   solids_.push_back(solid);
 }
 
-void Faces::find_places() {
+void Faces::find_extents(size_t shapes) {
+  std::vector<Box> boxes(shapes);
+  for (const Face& face : faces_) extend(boxes[face.shape], face.outline.corners);
+  for (const Box& box : boxes) extents_.push_back(box.isEmpty() ? 0.0 : box.size().length());
+}
+
+void Faces::find_places(const Work& work) {
   places_.resize(faces_.size() * fronts_.size());
-  tbb::parallel_for(size_t{0}, places_.size(), [&](size_t i) {
+  work.for_each("faces", places_.size(), [&](size_t i) {
     const size_t polygon = i % fronts_.size();
     places_[i] = place_of(front(polygon).outline, faces_[i / fronts_.size()], slack_);
   });
@@ -178,6 +193,31 @@ double Faces::nearness(size_t face, const Vec3& center, double radius) const {
     if (is_seen(place(face, polygon))) least = std::min(least, distance(center, polygon));
   }
   return radius / std::max(radius, least);
+}
+
+double Faces::detail(size_t face, const Vec3& point) const {
+  double least = size_;
+  for (size_t polygon = 0; polygon < polygon_count(); ++polygon) {
+    const size_t shape = front(polygon).shape;
+    if (shape == faces_[face].shape || detail_of(shape) >= least) continue;
+    if (!is_seen(place(face, polygon))) continue;
+    const double away = largest_detail * distance(point, polygon);
+    least = std::min(least, std::max(detail_of(shape), away));
+  }
+  return least;
+}
+
+void Faces::find_views(size_t most_bytes, const Work& work) {
+  const size_t count = faces_.size();
+  views_.resize(count * count);
+  std::atomic<size_t> bytes = bytes_;
+  work.for_each("views", views_.size(), [&](size_t i) {
+    views_[i] = find_view(i / count, i % count);
+    views_[i].obstacles.shrink_to_fit();
+    bytes += views_[i].obstacles.size() * sizeof(int);
+    if (bytes > most_bytes) refuse_memory(count, bytes);
+  });
+  bytes_ = bytes;
 }
 
 View Faces::find_view(size_t from, size_t to) const {

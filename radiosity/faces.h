@@ -6,12 +6,17 @@
 
 #include <Imath/ImathPlane.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "radiosity/convex.h"
+#include "radiosity/work.h"
 #include "scene/scene.h"
 
 namespace plumb::radiosity {
@@ -60,8 +65,12 @@ struct Solid {
 class Faces {
  public:
   // Throws std::invalid_argument, which lists what radiosity can't do, with its names: shapes that
-  // are no matte polygons, a sky, point lamps, other filters than `box`.
-  explicit Faces(const Scene& scene);
+  // are no matte polygons, a sky, point lamps, other filters than `box`; std::length_error if what
+  // each pair of faces has between it would need more than `most_bytes`; and Stopped (work.h).
+  explicit Faces(const Scene& scene, size_t most_bytes = std::numeric_limits<size_t>::max(),
+                 const Work& work = {[](const std::string&) {}, nullptr});
+
+  size_t bytes() const { return bytes_; }  // that the pairs need
 
   const std::vector<Face>& list() const { return faces_; }
   const Face& operator[](size_t i) const { return faces_[i]; }
@@ -86,21 +95,34 @@ class Faces {
   // Of a circle on a face: its radius over the distance of its centre from the nearest edge before
   // the face, but at most 1. Where it is large, light changes within the circle.
   double nearness(size_t face, const Vec3& center, double radius) const;
+  // How fine the light on a face may be around a point: in parts of this as it is elsewhere in
+  // parts of the scene's size. A shape that is seen from there casts shadows and light of its own
+  // size, or of its distance if that is more. What is a twelfth of the scene, or larger, changes
+  // nothing.
+  double detail(size_t face, const Vec3& point) const;
+  // Of one shape.
+  double detail_of(size_t shape) const { return std::min(size_, largest_detail * extents_[shape]); }
   // Whether, in the same plane, the polygon lies on top of the face.
   bool is_on_top(size_t polygon, size_t face) const;
 
  private:
   void add(const Shape& shape, size_t index);
-  void find_places();
+  void find_extents(size_t shapes);
+  void find_places(const Work& work);
   void find_solid(size_t first_polygon);
+  void find_views(size_t most_bytes, const Work& work);
   View find_view(size_t from, size_t to) const;
 
+  static constexpr double largest_detail = 12.0;  // in parts of a shape
+
   std::vector<Face> faces_;
+  std::vector<double> extents_;  // of shapes: the diagonals of their boxes
   std::vector<size_t> fronts_, lamps_;
   std::vector<bool> has_back_;
   std::vector<Solid> solids_;
   std::vector<Place> places_;
   std::vector<View> views_;
+  size_t bytes_ = 0;
   double size_ = 0.0, slack_ = 0.0;
 };
 

@@ -24,9 +24,10 @@ constexpr int most_levels = 12;
 class Artist {
  public:
   Artist(const Scene& scene, const Settings& settings, const Work& work)
-      : faces_(scene),
+      : faces_(scene, settings.most_bytes, work),
         camera_(scene.camera),
         settings_(settings),
+        most_bytes_(settings.most_bytes - faces_.bytes()),
         work_(work),
         pixels_(faces_, scene.camera),
         eyes_(faces_) {}
@@ -36,11 +37,11 @@ class Artist {
     picture.level = level;
     std::unique_ptr<Solution> solution;
     if (settings_.bounces.last >= 2) {
-      if (!elements_) elements_.emplace(faces_, settings_.most_bytes / sizeof(Element));
+      if (!elements_) elements_.emplace(faces_, most_bytes_ / sizeof(Element));
       const Resolution resolution = Resolution::level(level);
       solution = std::make_unique<Solution>(
           *elements_, resolution, settings_.bounces, settings_.origin, std::move(coarser_),
-          settings_.most_bytes - elements_->size() * sizeof(Element), work_);
+          most_bytes_ - elements_->size() * sizeof(Element), work_);
       picture.elements = elements_->leaves();
       picture.links = solution->links();
     }
@@ -87,6 +88,7 @@ class Artist {
   Faces faces_;
   const Camera& camera_;
   const Settings& settings_;
+  size_t most_bytes_;  // for elements and links
   const Work& work_;
   Pixels pixels_;
   std::optional<Elements> elements_;
@@ -134,21 +136,19 @@ void estimate_error(Picture& fine, const Picture& coarse, const Camera& camera) 
 }
 
 Picture draw(const Scene& scene, const Settings& settings, const Work& work) {
-  Artist artist(scene, settings, work);
   Picture best;
-  for (int level = 0; level <= most_levels && !is_done(best, settings); ++level) {
-    try {
+  try {
+    Artist artist(scene, settings, work);
+    for (int level = 0; level <= most_levels && !is_done(best, settings); ++level) {
       Picture next = artist.draw(level);
       if (best.level >= 0) estimate_error(next, best, scene.camera);
       best = std::move(next);
-    } catch (const Stopped&) {
-      best.why_ended = "interrupted";
-      return best;
-    } catch (const std::length_error& error) {
-      if (best.level < 0) throw std::runtime_error(error.what());
-      best.why_ended = error.what();
-      return best;
     }
+  } catch (const Stopped&) {
+    best.why_ended = "interrupted";
+  } catch (const std::length_error& error) {
+    if (best.level < 0) throw std::runtime_error(error.what());
+    best.why_ended = error.what();
   }
   return best;
 }

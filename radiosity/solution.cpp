@@ -335,7 +335,7 @@ void Solution::find_roughness() {
       const double own = radiance_[child][0].dot(Rgb(1.0)) + 0.1 * typical_;
       if (off <= 0.0) continue;
       unevenness_[child] = off / own * std::pow(elements_[child].nearness, 2) *
-                           elements_[child].radius / elements_.faces().size();
+                           elements_[child].radius / elements_[child].detail;
     }
   }
 }

@@ -255,6 +255,29 @@ TEST(Visibility, OfASolidIsThatOfAllItsPolygons) {
   }
 }
 
+// A floor is cut along what stands on it. Within a column of many sides that leaves a piece with as
+// many corners.
+TEST(Elements, MakeUpAFaceWithAColumnOfManySidesOnIt) {
+  constexpr int sides = 40;
+  const auto corner = [](int i, double height) {
+    const double angle = 2.0 * pi * i / sides;
+    return Vec3(0.4 * std::cos(angle), 0.4 * std::sin(angle), height);
+  };
+  Shape column{"column", Mesh{}, diffuse(0.5), Rgb(0.0)};
+  for (int i = 0; i < sides; ++i) {
+    std::get<Mesh>(column.geometry)
+        .push_back({{corner(i, 0), corner(i + 1, 0), corner(i + 1, 0.3), corner(i, 0.3)}});
+  }
+  const Faces faces(scene_of({unit_floor(), column}));
+  double within = 0.0, area = 0.0;
+  for (const Element& part : parts_of(faces, 0, true)) {
+    area += part.whole;
+    if (part.center.length() < 0.4 * std::cos(pi / sides)) within += part.whole;
+  }
+  EXPECT_NEAR(area, 1.0, 1e-12);
+  EXPECT_NEAR(within, 0.5 * sides * 0.16 * std::sin(2.0 * pi / sides), 1e-12);
+}
+
 // A closed room of surfaces that all emit what they don't reflect: nothing but radiance 1 keeps the
 // balance of energy, bounce by bounce. All form factors of a point then add up to 1, whatever
 // stands in between: a sheet with two emitting sides, another one that goes through it, a rug on
@@ -349,6 +372,20 @@ TEST(Radiosity, AgreesWithPathTracingBounceByBounce) {
   expect_agreement(small_room(), {}, Method::plain, 64);
 }
 
+// A screen and a lamp on a floor ten thousand times as large: elements have to be as fine as what
+// stands there, for else their points miss the light below the lamp, at every resolution.
+TEST(Radiosity, AgreesWithPathTracingOfSmallThingsOnAHugeFloor) {
+  Scene scene;
+  scene.shapes = {parallelogram({-5000, 0, 5000}, {10000, 0, 0}, {0, 0, -10000}, diffuse(0.5)),
+                  parallelogram({-0.5, 0, 0}, {1, 0, 0}, {0, 1, 0}, diffuse(0.7)),
+                  parallelogram({-0.5, 2, 1}, {1, 0, 0}, {0, 0, 1}, diffuse(0.0), 10.0)};
+  scene.camera = test::camera({1, 1, 3}, {0, 0.3, 0}, 40.0);
+  const Picture picture = draw_level(scene, 1);
+  EXPECT_LT(picture.image_floor, 1e-3);
+  EXPECT_LT(picture.block_floor, 1e-2);
+  expect_agreement(scene, {2, 2}, Method::mis, 4096);
+}
+
 TEST(Radiosity, AgreesWithPathTracingInTheCornellBox) {
   Scene scene = read_scene(PLUMB_SCENES "/cornell/scene.xml");
   scene.camera.width = scene.camera.height = 24;
@@ -408,6 +445,27 @@ TEST(Radiosity, RefusesWhatDoesNotFitIntoMemoryWithTheNumberOfElements) {
   };
   EXPECT_NE(message_of(size_t{1} << 16).find("elements don't fit"), std::string::npos);
   EXPECT_NE(message_of(size_t{1} << 21).find(" elements with "), std::string::npos);
+}
+
+// What may stand between each two of its faces is more than all of their elements.
+TEST(Radiosity, RefusesMeshesOfTooManyFacesForTheMemory) {
+  Scene scene = small_room();
+  scene.shapes.push_back(test::icosphere({0, 0, 0}, 0.2, 3, diffuse(0.5)));
+  try {
+    draw(scene, {.bounces = {}, .most_bytes = size_t{1} << 24}, quiet);
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("1295 faces"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Radiosity, IsStoppedBeforeAnyPicture) {
+  std::atomic<bool> stop = false;
+  const Work work{[&](const std::string& phase) { stop = stop || phase.starts_with("views"); },
+                  &stop};
+  const Picture picture = draw(small_room(), {.bounces = {}, .most_bytes = enough}, work);
+  EXPECT_EQ(picture.why_ended, "interrupted");
+  EXPECT_EQ(picture.level, -1);
 }
 
 TEST(Radiosity, RefusesAllButMattePolygonsByName) {

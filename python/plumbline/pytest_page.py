@@ -66,8 +66,9 @@ def take(folder: pathlib.Path) -> list[dict[str, Any]]:
     return sorted(found, key=lambda one: (one["passed"], one["test"], one["number"]))
 
 
-def keep_history(found: list[dict[str, Any]], file: pathlib.Path) -> None:
-    """Adds a line of JSON for each check to the file, and to each check what the file tells of it."""
+def keep_history(found: list[dict[str, Any]], file: pathlib.Path) -> int:
+    """Adds a line of JSON for each check that has a bias to the file, and to each check what the file
+    tells of it. Returns how many lines it added."""
     earlier = [json.loads(line) for line in file.read_text("utf-8").splitlines()] if file.exists() else []
     made = f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d %H:%M}"
     new = []
@@ -84,6 +85,7 @@ def keep_history(found: list[dict[str, Any]], file: pathlib.Path) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     with open(file, "a", encoding="utf-8") as stream:
         stream.writelines(json.dumps(run) + "\n" for run in new)
+    return len(new)
 
 
 def _history(runs: list[dict[str, Any]]) -> dict[str, Any]:

@@ -67,13 +67,16 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     if not found:
         terminalreporter.write_line("pictures: nothing was compared")
         return
-    checks = f"{len(found)} check{'' if len(found) == 1 else 's'}"
     if history is not None:
-        keep_history(found, history)
-        terminalreporter.write_line(f"pictures: {history} has the biases of {checks} more")
+        added = keep_history(found, history)
+        terminalreporter.write_line(f"pictures: {history} has the biases of {_checks(added)} more")
     if page is not None:
         write(found, page)
-        terminalreporter.write_line(f"pictures: {page} shows {checks}")
+        terminalreporter.write_line(f"pictures: {page} shows {_checks(len(found))}")
+
+
+def _checks(count: int) -> str:
+    return f"{count} check{'' if count == 1 else 's'}"
 
 
 @pytest.fixture

@@ -194,3 +194,10 @@ def test_a_history_grows_and_is_shown(run, pytester):
     assert all(0 < abs(one["bias"]) < 5 * one["confidence"] for one in runs)
     _, text = shown(pytester.path / "page.html")
     assert "Bias over runs" in text and "in 2 runs" in text
+
+
+def test_a_history_counts_what_had_a_bias(run, pytester):
+    missing = run('def test_it(pictures):\n    pictures.check(render(16, 1), "never")', "--pictures-history=biases.jsonl")
+    missing.assert_outcomes(failed=1)
+    missing.stdout.fnmatch_lines(["*biases.jsonl has the biases of 0 checks more"])
+    assert (pytester.path / "biases.jsonl").read_text("utf-8") == ""
