@@ -370,6 +370,15 @@ TEST_F(CliTest, ACropsMaskAndPictureAreComparedWhereTheyAre) {
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
 }
 
+TEST_F(CliTest, AMaskOfLinearValuesNamesItsRegionsToo) {
+  const std::string cornell = PLUMB_SCENES "/cornell/scene.xml --size 32x32 ";
+  ASSERT_EQ(plumb("render " + cornell + "--spp 16 -o box.exr").exit_code, 0);
+  ASSERT_EQ(plumb("render " + cornell + "--aov object -o mask.exr -o mask.png").exit_code, 0);
+  const Result by_codes = plumb("compare box.exr box.exr --regions mask.png");
+  EXPECT_NE(by_codes.out.find("| left_wall "), std::string::npos) << by_codes.out;
+  EXPECT_EQ(plumb("compare box.exr box.exr --regions mask.exr").out, by_codes.out);
+}
+
 TEST_F(CliTest, CropsInAnyOrderEqualTheWhole) {
   const auto draw = [&](const std::string& name, const std::string& words) {
     ASSERT_EQ(plumb("render scene.xml " + words + " -o " + name + ".exr").exit_code, 0);
