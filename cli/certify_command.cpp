@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -64,17 +65,6 @@ std::string comment_of(const fs::path& file) {
   return words;
 }
 
-std::vector<fs::path> scene_files_in(const fs::path& folder) {
-  if (!fs::is_directory(folder)) {
-    throw std::runtime_error(folder.string() + ": there are no scenes; --folder says where");
-  }
-  std::vector<fs::path> files;
-  std::ranges::copy_if(fs::directory_iterator(folder), std::back_inserter(files),
-                       [](const fs::path& file) { return file.extension() == ".xml"; });
-  std::ranges::sort(files);
-  return files;
-}
-
 // Scenes whose truth their files tell.
 void add_known(const fs::path& folder, const std::string& group, const Terms& terms,
                std::vector<Question>& questions) {
@@ -105,11 +95,29 @@ Question reference_scene(const fs::path& folder, const std::string& name) {
           .truth = [=] { return read_picture("reference", {stored}, ""); }};
 }
 
+const std::vector<std::string> reference_scenes{"goral", "furnace", "cornell", "shadows",
+                                                "seed",  "metals",  "spheres", "veach"};
+constexpr BounceRange bounce_ranges[] = {{0, 1}, {2, 2}, {3, 3}, {4, BounceRange{}.last}};
+
+std::string name_of(const BounceRange& bounces) {
+  return fmt::format("cornell/{}", to_string(bounces));
+}
+
+// Throws std::invalid_argument if there is no question of this name.
+void check_question(const std::string& name, const fs::path& folder) {
+  std::vector<std::string> names = scene_names_in(folder / "closed_forms");
+  std::ranges::copy(reference_scenes, std::back_inserter(names));
+  std::ranges::transform(bounce_ranges, std::back_inserter(names), name_of);
+  std::ranges::copy(scene_names_in(folder / "stress"), std::back_inserter(names));
+  if (std::ranges::find(names, name) == names.end())
+    refuse(name, fmt::format("one of {}", fmt::join(names, ", ")));
+}
+
 // The Cornell box by what its light has met.
 Question some_bounces(const fs::path& folder, const BounceRange& bounces) {
   Question question = reference_scene(folder, "cornell");
   question.group = "bounce by bounce";
-  question.name = fmt::format("cornell/{}", to_string(bounces));
+  question.name = name_of(bounces);
   question.bounces = bounces;
   question.truth = [=, scene = question.scene] {
     constexpr int64_t samples = 4096;
@@ -124,13 +132,11 @@ Question some_bounces(const fs::path& folder, const BounceRange& bounces) {
 std::vector<Question> list_questions(const Options& options, const Terms& terms) {
   std::vector<Question> questions;
   add_known(options.folder / "closed_forms", "closed forms", terms, questions);
-  const std::vector<std::string> scenes{"goral", "furnace", "cornell", "shadows",
-                                        "seed",  "metals",  "spheres", "veach"};
-  for (const std::string& scene : scenes) {
+  for (const std::string& scene : reference_scenes) {
     questions.push_back(reference_scene(options.folder, scene));
   }
   if (options.renderer.counts_bounces) {
-    for (const BounceRange bounces : {BounceRange{0, 1}, {2, 2}, {3, 3}, {4, BounceRange{}.last}}) {
+    for (const BounceRange& bounces : bounce_ranges) {
       questions.push_back(some_bounces(options.folder, bounces));
     }
   }
@@ -284,9 +290,10 @@ void add_certify(CLI::App& app, int& exit_code) {
                    "Closed forms and the Cornell box alone, in a minute");
   add_option(command, "--folder", "DIR", options->folder,
              "Where the scenes are (default: reference_scenes)");
-  command.add_option("--scene", options->scenes, "Only these questions, by name; can be repeated")
-      ->type_name("S")
-      ->delimiter(',');
+  add_option(command, "--scene", "NAME,...", options->scenes,
+             "Only these questions, by name; can be repeated")
+      ->delimiter(',')
+      ->check(refused_by([=](const std::string& name) { check_question(name, options->folder); }));
   command.footer(R"(Examples:
   plumb certify --with mine.toml --quick
   plumb certify --with mine.toml --tolerance 0.1 -o mine.html

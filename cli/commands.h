@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -35,6 +36,19 @@ CLI::Option* add_option(CLI::App& command, const std::string& name, const std::s
     }
   };
   return command.add_option_function<std::string>(name, store, help)->type_name(value);
+}
+
+// For each text of a list, what `parse` refuses it with, else nothing.
+template <typename Parse>
+std::function<std::string(const std::string&)> refused_by(Parse parse) {
+  return [parse](const std::string& text) -> std::string {
+    try {
+      parse(text);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
 }
 
 }  // namespace plumb::cli

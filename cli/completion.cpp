@@ -47,13 +47,16 @@ std::string bash_values(CLI::App& command) {
   return cases;
 }
 
+// What completes the value of an option in zsh.
+std::string zsh_value(const OptionWords& option) {
+  if (option.words.empty()) return option.takes_files ? "_files" : "";
+  const std::string words = quoted(fmt::format("{}", fmt::join(option.words, " ")), ":");
+  if (option.is_list && !option.takes_files) return "_sequence compadd - " + words;
+  return option.takes_files ? "{compadd - " + words + "; _files}" : "(" + words + ")";
+}
+
 std::string zsh_option(const OptionWords& option) {
-  std::string value;
-  if (!option.words.empty()) {
-    value = fmt::format("({})", fmt::join(option.words, " "));
-  } else if (option.takes_files) {
-    value = "_files";
-  }
+  std::string value = zsh_value(option);
   if (!option.value.empty()) value = ":" + quoted(option.value, ":") + ":" + value;
   std::string all;
   for (const std::string& name : option.names) {
@@ -73,7 +76,10 @@ std::string fish_options(CLI::App& command, const std::string& condition) {
       line += fmt::format(" {} {}", is_long ? "-l" : "-s", name.substr(is_long ? 2 : 1));
     }
     if (!option.value.empty()) line += option.takes_files ? " -r -F" : " -x";
-    if (!option.words.empty()) line += fmt::format(" -a '{}'", fmt::join(option.words, " "));
+    const std::string words = fmt::format("{}", fmt::join(option.words, " "));
+    if (!words.empty()) {
+      line += " -a '" + (option.is_list ? "(__fish_append , " + words + ")" : words) + "'";
+    }
     lines += fmt::format("{} -d '{}'\n", line, quoted(option.text, "\\"));
   }
   return lines;

@@ -78,8 +78,9 @@ void add_options(CLI::App& command, Options& options) {
           "Of a scene, by other programs too: " + list_renderers([](const OtherRenderer& r) {
             return r.has_samples ? r.word : "";
           }) + ",\nor FILE.toml (docs/renderers.md)")
-      ->type_name("P")
-      ->delimiter(',');
+      ->type_name("PROGRAM,...")
+      ->delimiter(',')
+      ->check(refused_by(other_renderer));
   add_size_and_bounces(command, options.scene);
   add_option(command, "--threads", "N", options.settings.threads, number(1, 1024),
              "Threads at most (default: one per processor)");

@@ -10,6 +10,7 @@
 
 #include "cli/commands.h"
 #include "cli/list_renderers.h"
+#include "cli/names.h"
 #include "cli/scene_options.h"
 #include "images/output_file.h"
 #include "other_renderers/export.h"
@@ -25,12 +26,15 @@ struct Options {
 };
 
 std::optional<OtherRenderer> find(const std::string& word) {
-  if (word == "json") return {};
-  OtherRenderer renderer = other_renderer(word);
-  if (!renderer.format) {
+  std::string words = "json";
+  if (word == words) return {};
+  for (const OtherRenderer& renderer : other_renderers()) {
+    if (renderer.format) words += ", " + renderer.word;
+    if (renderer.word != word) continue;
+    if (renderer.format) return renderer;
     throw std::invalid_argument(renderer.name + " reads scene files as they are");
   }
-  return renderer;
+  refuse(word, "one of " + words);
 }
 
 std::string word_and_file(const OtherRenderer& renderer) {
@@ -59,7 +63,7 @@ void add_export(CLI::App& app, int&) {
   CLI::App& command =
       *app.add_subcommand("export", fmt::format("Write a scene as {} reads it", readers));
   add_scene_option(command, options->scene);
-  add_option(command, "--to", "PROGRAM", options->renderer, find,
+  add_option(command, "--to", "FORMAT", options->renderer, find,
              list_renderers(word_and_file) +
                  ",\nor json: plain numbers for any other (docs/plain-scene.md)")
       ->required();

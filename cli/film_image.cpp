@@ -88,10 +88,12 @@ void put_into_picture(Image& image, const Window& window, int width, int height)
   image.provenance.crop = to_string(window);
 }
 
-Image to_image(const RegionMask& mask, const Window& window) {
+Image to_image(const RegionMask& mask, const Window& window, const Camera& camera) {
   Image image{window.width, window.height, {"R", "G", "B"}, {}, {}};
-  // An odd factor modulo 2^24 gives every index another colour.
-  const auto color = [](int region) { return unsigned(region + 1) * 0x9e3779U & 0xffffffU; };
+  // An odd factor modulo 2^24 gives every number another colour.
+  const auto color = [&](int region) {
+    return region < 0 ? 0U : unsigned(mask.numbers[size_t(region)] + 1) * 0x9e3779U & 0xffffffU;
+  };
   for (size_t i = 0; i < mask.names.size(); ++i) {
     image.provenance.regions.emplace_back(fmt::format("#{:06X}", color(int(i))), mask.names[i]);
   }
@@ -101,6 +103,7 @@ Image to_image(const RegionMask& mask, const Window& window) {
       image.values.push_back(OIIO::sRGB_to_linear(float(code) / 255.0F));
     }
   }
+  put_into_picture(image, window, camera.width, camera.height);
   return image;
 }
 

@@ -33,8 +33,9 @@ inline constexpr const char* lacks_sums =
 // Says in the image where its pixels lie in a picture of this size; nothing if they are all of it.
 void put_into_picture(Image& image, const Window& window, int width, int height);
 
-// A colour for each region and black for none; the provenance says the regions' names.
-Image to_image(const RegionMask& mask, const Window& window);
+// A colour for each region, the same in all of the scene's masks of a kind, and black for none; the
+// provenance says the regions' names. Where the window lies in the camera's picture is said, too.
+Image to_image(const RegionMask& mask, const Window& window, const Camera& camera);
 
 // Adds the samples of a part, which has the film's window. Throws ImageError if it lacks a sum.
 void add_part(Film& film, const Image& part, const SampleRange& samples);

@@ -17,6 +17,7 @@ struct OptionWords {
   std::string text;                // what it does, in one line
   std::vector<std::string> words;  // that it takes; empty if it takes others, too
   bool takes_files = false;
+  bool is_list = false;  // with commas between
   bool is_repeated = false;
 
   bool is_positional() const { return !names[0].starts_with('-'); }

@@ -21,7 +21,7 @@ std::vector<std::string> words_of(CLI::Option& option) {
   std::string refusal;
   try {
     option.add_result("?")->run_callback();
-  } catch (const CLI::ParseError& error) {
+  } catch (const std::exception& error) {
     refusal = error.what();
   }
   option.clear();
@@ -33,7 +33,9 @@ std::vector<std::string> words_of(CLI::Option& option) {
   std::vector<std::string> words;
   for (std::string item; std::getline(list, item, separator);) {
     std::string word;
-    if (std::istringstream(item) >> word && word != "and") words.push_back(word);
+    if (!(std::istringstream(item) >> word)) continue;
+    if (word == "and") break;
+    words.push_back(word);
   }
   return words;
 }
@@ -55,7 +57,7 @@ void write_manual(CLI::App& app, const fs::path& folder) {
 }  // namespace
 
 std::vector<OptionWords> options_of(CLI::App& command) {
-  constexpr std::array file_values{"FILE", "FOLDER", "DIR", "MASK", "PROGRAM", "P"};
+  constexpr std::array file_values{"FILE", "FOLDER", "DIR", "MASK"};
   std::vector<OptionWords> all;
   for (CLI::Option* option : command.get_options([](CLI::Option*) { return true; })) {
     OptionWords words;
@@ -65,8 +67,12 @@ std::vector<OptionWords> options_of(CLI::App& command) {
     if (option->get_items_expected_max() > 0) words.value = option->get_type_name();
     words.text = option->get_description();
     std::ranges::replace(words.text, '\n', ' ');
-    if (!words.value.empty()) words.words = words_of(*option);
-    words.takes_files = words.is_positional() || std::ranges::count(file_values, words.value) > 0;
+    words.is_list = words.value.ends_with(",...");
+    const std::string one = words.value.substr(0, words.value.find(','));
+    const bool is_file = std::ranges::count(file_values, one) > 0;
+    // Whoever is asked keeps the question, and names of scenes depend on the folder.
+    if (!words.value.empty() && !is_file) words.words = words_of(*option);
+    words.takes_files = words.is_positional() || is_file || one == "PROGRAM";
     words.is_repeated = option->get_items_expected_max() > 1;
     all.push_back(std::move(words));
   }

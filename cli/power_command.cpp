@@ -202,7 +202,8 @@ void add_power(CLI::App& app, int& exit_code) {
              "Scene files (default: cornell, seed, spheres)");
   add_option(command, "--fault", "NAME", options->faults,
              "Only these of 'plumb faults' (default: all bugs, those\n"
-             "of glass where there is glass)");
+             "of glass where there is glass)")
+      ->check(refused_by(parse_fault));
   add_option(command, "--reference", "FILE", options->reference,
              "Healthy picture with its noise, in or from the scene's\n"
              "folder (default: plumbline.exr)");

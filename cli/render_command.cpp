@@ -49,9 +49,8 @@ int run(const Options& options) {
   const Scene scene = load_scene(options.scene);
   if (options.mask) {
     const Window window = window_of(options.crop, scene.camera);
-    Image mask = to_image(region_mask(scene, *options.mask, window), window);
-    put_into_picture(mask, window, scene.camera.width, scene.camera.height);
-    write(mask, options.outputs);
+    write(to_image(region_mask(scene, *options.mask, window), window, scene.camera),
+          options.outputs);
     return 0;
   }
   listen_for_interrupts();

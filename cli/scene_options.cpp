@@ -6,6 +6,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
+#include <stdexcept>
 #include <system_error>
 #include <tuple>
 
@@ -61,6 +63,24 @@ std::filesystem::path scene_folder() {
   const fs::path executable = fs::read_symlink("/proc/self/exe", error);
   const fs::path installed = (executable.parent_path() / PLUMB_SCENES_FROM_BIN).lexically_normal();
   return fs::is_directory(here, error) || !fs::is_directory(installed, error) ? here : installed;
+}
+
+std::vector<std::filesystem::path> scene_files_in(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  if (!fs::is_directory(folder)) {
+    throw std::runtime_error(folder.string() + ": there are no scenes; --folder says where");
+  }
+  std::vector<fs::path> files;
+  std::ranges::copy_if(fs::directory_iterator(folder), std::back_inserter(files),
+                       [](const fs::path& file) { return file.extension() == ".xml"; });
+  std::ranges::sort(files);
+  return files;
+}
+
+std::vector<std::string> scene_names_in(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& file : scene_files_in(folder)) names.push_back(file.stem());
+  return names;
 }
 
 void adjust(Scene& scene, const SceneOptions& options) {

@@ -42,6 +42,12 @@ void add_light_origin(CLI::App& command, SceneOptions& options);      // --from,
 // moved to.
 std::filesystem::path scene_folder();
 
+// The .xml files in a folder, sorted. Throws std::runtime_error if there is no such folder.
+std::vector<std::filesystem::path> scene_files_in(const std::filesystem::path& folder);
+
+// The names of these files, without .xml.
+std::vector<std::string> scene_names_in(const std::filesystem::path& folder);
+
 // Gives the scene the size and the bounces that were asked for, these in scene.request.
 void adjust(Scene& scene, const SceneOptions& options);
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iterator>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -57,19 +57,37 @@ struct Attempt {
   std::string refusal;  // why there is no assessment
 };
 
+// Nothing for what is no method of the path tracer.
+const Words<std::optional<Method>> contestant_words{
+    {"bsdf", Method::bsdf},   {"nee", Method::nee}, {"mis", Method::mis},
+    {"plain", Method::plain}, {"default", {}},      {"radiosity", {}}};
+
+fs::path scene_file(const Options& options, const std::string& name) {
+  return fs::path(options.folder) / (name + ".xml");
+}
+
+void check_scene(const Options& options, const std::string& name) {
+  if (fs::exists(scene_file(options, name))) return;
+  refuse(name, fmt::format("one of {}", fmt::join(scene_names_in(options.folder), ", ")));
+}
+
 void add_options(CLI::App& command, Options& options) {
   const auto add = [&](const std::string& name, auto& target, const char* value,
-                       const std::string& help) {
-    command.add_option(name, target, help)->type_name(value)->delimiter(',');
+                       const std::string& help, auto refused) {
+    add_option(command, name, value, target, help)->delimiter(',')->check(refused);
   };
-  add("--folder", options.folder, "DIR", "Where the scenes are (default: reference_scenes/stress)");
-  add("--scene", options.scenes, "S", "Only these scenes, by name; can be repeated");
-  add("--methods", options.methods, "M",
+  add_option(command, "--folder", "DIR", options.folder,
+             "Where the scenes are (default: reference_scenes/stress)");
+  add("--scene", options.scenes, "NAME,...", "Only these scenes, by name; can be repeated",
+      refused_by([&](const std::string& name) { check_scene(options, name); }));
+  add("--methods", options.methods, "M,...",
       "Of bsdf, nee, mis, radiosity and default, which is\n"
-      "what 'render' takes for the scene (default: all)");
+      "what 'render' takes for the scene (default: all)",
+      refused_by(one_of(contestant_words)));
   const std::string words = list_renderers([](const OtherRenderer& r) { return r.word; });
-  add("--with", options.programs, "P",
-      "Other programs too: " + words + ",\nor FILE.toml (docs/renderers.md)");
+  add("--with", options.programs, "PROGRAM,...",
+      "Other programs too: " + words + ",\nor FILE.toml (docs/renderers.md)",
+      refused_by(other_renderer));
   add_option(command, "--time", "SECONDS", options.seconds, number(1e-3, 1e6),
              "For each method on each scene (default: 10)");
   add_option(command, "--spp", "N", options.spp, number<int64_t>(1, largest_sample),
@@ -106,14 +124,8 @@ std::vector<Contestant> list_contestants(const Options& options) {
 
 std::vector<StressScene> read_scenes(const Options& options) {
   std::vector<fs::path> files;
-  for (const std::string& name : options.scenes) {
-    files.push_back(fs::path(options.folder) / (name + ".xml"));
-  }
-  if (files.empty()) {
-    std::ranges::copy_if(fs::directory_iterator(options.folder), std::back_inserter(files),
-                         [](const fs::path& file) { return file.extension() == ".xml"; });
-    std::ranges::sort(files);
-  }
+  for (const std::string& name : options.scenes) files.push_back(scene_file(options, name));
+  if (files.empty()) files = scene_files_in(options.folder);
   return {files.begin(), files.end()};
 }
 

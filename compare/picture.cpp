@@ -2,6 +2,7 @@
 
 #include "compare/picture.h"
 
+#include <OpenImageIO/color.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <tbb/blocked_range.h>
@@ -413,16 +414,18 @@ Regions read_regions(const std::filesystem::path& mask, int width, int height) {
     throw ImageError(fmt::format("{}: a mask in colour (R G B) is needed, this has only {}",
                                  mask.string(), fmt::join(image.channels, " ")));
   }
+  const bool is_linear = image.encoding == "float" || image.encoding == "half";
   Regions regions;
   regions.excludes_rest = image.provenance.regions.empty();
   std::map<long, int> indices{{0, -1}};
   for (size_t i = 0; i < image.values.size(); i += image.channels.size()) {
     long colour = 0;
     for (size_t c = 0; c < 3; ++c) {
-      const float code = std::round(image.values[i + c] * 255);
+      const float value = image.values[i + c];
+      const float code = std::round((is_linear ? OIIO::linear_to_sRGB(value) : value) * 255);
       if (!(code >= 0.0F && code <= 255.0F)) {
-        throw ImageError(fmt::format("{}: a mask's values are from 0 to 1, not {}", mask.string(),
-                                     image.values[i + c]));
+        throw ImageError(
+            fmt::format("{}: a mask's values are from 0 to 1, not {}", mask.string(), value));
       }
       colour = colour * 256 + static_cast<long>(code);
     }

@@ -5,6 +5,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <fmt/format.h>
@@ -12,6 +13,7 @@
 #include <array>
 #include <optional>
 #include <stdexcept>
+#include <tuple>
 #include <variant>
 
 #include "cli/film_image.h"
@@ -94,17 +96,20 @@ Scene adjusted(const Scene& scene, const Options& options) {
 
 using Labels = nb::ndarray<nb::numpy, const int, nb::ndim<2>>;
 
-// The names of the regions, and their numbers for each pixel.
-std::pair<Words, Labels> mask(const Scene& scene, const std::string& kind) {
-  auto* found = new RegionMask(region_mask(scene, one_of(region_words)(kind)));
+// The names of the regions, their numbers for each pixel, where these lie in what picture (x, y,
+// and the picture's width and height), and the mask as a picture. The words say size and crop.
+std::tuple<Words, Labels, std::array<int, 4>, Picture> mask(const Scene& scene,
+                                                            const std::string& kind,
+                                                            const Words& words) {
+  const cli::RenderOptions options = cli::parse_render_options(words);
+  const Scene own = adjusted(scene, options);
+  const Window window = cli::window_of(options.crop, own.camera);
+  auto* found = new RegionMask(region_mask(own, one_of(region_words)(kind), window));
   const nb::capsule owner(found, [](void* p) noexcept { delete static_cast<RegionMask*>(p); });
-  return {found->names, Labels(found->regions.data(),
-                               {size_t(scene.camera.height), size_t(scene.camera.width)}, owner)};
-}
-
-Picture mask_picture(const Scene& scene, const std::string& kind) {
-  return to_picture("mask", to_image(region_mask(scene, one_of(region_words)(kind)),
-                                     cli::window_of({}, scene.camera)));
+  return {found->names,
+          Labels(found->regions.data(), {size_t(window.height), size_t(window.width)}, owner),
+          {window.x, window.y, own.camera.width, own.camera.height},
+          to_picture("mask", to_image(*found, window, own.camera))};
 }
 
 std::pair<Picture, std::string> render_scene(const Scene& scene, const Words& words,
@@ -148,8 +153,7 @@ void bind_scenes(nb::module_& module) {
       .def_ro("shapes", &Scene::shapes)
       .def_prop_ro("sky", [](const Scene& s) { return triple(s.sky); });
   module.def("load", load, nb::arg("file"), nb::call_guard<nb::gil_scoped_release>());
-  module.def("mask", mask, nb::arg("scene"), nb::arg("kind"));
-  module.def("mask_picture", mask_picture, nb::arg("scene"), nb::arg("kind"));
+  module.def("mask", mask, nb::arg("scene"), nb::arg("kind"), nb::arg("words"));
   module.def("render", render_scene, nb::arg("scene"), nb::arg("words"),
              nb::arg("progress").none());
   module.def("radiosity", radiosity_of, nb::arg("scene"), nb::arg("words"),

@@ -47,10 +47,12 @@ std::string side(const Surface& surface, const Camera& camera) {
   return y < 0.0 ? "bottom" : "top";
 }
 
-// "lit", "penumbra" or "umbra"; nothing for a lamp.
-std::string shadow(const std::vector<Surface>& surfaces, const Surface& surface, const Ray& ray,
-                   const Vec3& point) {
-  if (surface.shape->is_lamp()) return "";
+const std::vector<std::string> shadows{"lit", "penumbra", "umbra"};
+
+// An index into `shadows`; -1 for a lamp.
+int shadow(const std::vector<Surface>& surfaces, const Surface& surface, const Ray& ray,
+           const Vec3& point) {
+  if (surface.shape->is_lamp()) return -1;
   const Vec3 normal = surface.normal(point);
   const double sign = normal.dot(ray.direction) < 0.0 ? 1.0 : -1.0;
   bool is_lit = false;
@@ -65,46 +67,61 @@ std::string shadow(const std::vector<Surface>& surfaces, const Surface& surface,
         const bool is_seen = sign * normal.dot(shadow_ray.direction) > 0.0 &&
                              find_nearest(surfaces, shadow_ray, margin).second > 1.0 - margin;
         (is_seen ? is_lit : is_shaded) = true;
-        if (is_lit && is_shaded) return "penumbra";
+        if (is_lit && is_shaded) return 1;
       }
     }
   }
-  return is_lit ? "lit" : "umbra";
+  return is_lit ? 0 : 2;
 }
 
 class RegionFinder {
  public:
   RegionFinder(const Scene& scene, RegionKind kind)
       : camera_(scene.camera), kind_(kind), surfaces_(list_surfaces(scene)) {
-    for (const Surface& surface : surfaces_) sides_[surface.shape].insert(side(surface, camera_));
+    if (kind == RegionKind::shadow) {
+      names_ = shadows;
+      return;
+    }
+    std::map<const Shape*, std::set<std::string>> sides;
+    for (const Surface& surface : surfaces_) sides[surface.shape].insert(side(surface, camera_));
+    for (const Surface& surface : surfaces_) {
+      const bool has_sides = kind == RegionKind::side && sides[surface.shape].size() > 1;
+      const std::string& id = surface.shape->id;
+      const std::string name = has_sides ? fmt::format("{} {}", id, side(surface, camera_)) : id;
+      const auto known = std::ranges::find(names_, name);
+      numbers_.push_back(static_cast<int>(known - names_.begin()));
+      if (known == names_.end()) names_.push_back(name);
+    }
   }
 
-  // The name of the region that the pixel is in, or nothing.
-  std::string of_pixel(int x, int y) const {
-    std::string name = at(x, y);
+  // Of all regions that the scene has, in the order of its shapes.
+  const std::vector<std::string>& names() const { return names_; }
+
+  // The number of the region that the pixel is in, or -1.
+  int of_pixel(int x, int y) const {
+    const int number = at(x, y);
     for (int i = 0; i <= steps; ++i) {
       for (int j = 0; j <= steps; ++j) {
-        if (at(x + i / double{steps}, y + j / double{steps}) != name) return "";
+        if (at(x + i / double{steps}, y + j / double{steps}) != number) return -1;
       }
     }
-    return name;
+    return number;
   }
 
  private:
-  std::string at(double x, double y) const {
+  int at(double x, double y) const {
     const Ray ray{camera_.origin, camera_.direction(x, y)};
     const auto [surface, distance] = find_nearest(surfaces_, ray, margin);
-    if (surface == nullptr) return "";
+    if (surface == nullptr) return -1;
     if (kind_ == RegionKind::shadow) return shadow(surfaces_, *surface, ray, ray.at(distance));
-    const bool has_sides = kind_ == RegionKind::side && sides_.at(surface->shape).size() > 1;
-    if (!has_sides) return surface->shape->id;
-    return fmt::format("{} {}", surface->shape->id, side(*surface, camera_));
+    return numbers_[size_t(surface - surfaces_.data())];
   }
 
   const Camera& camera_;
   RegionKind kind_;
   std::vector<Surface> surfaces_;
-  std::map<const Shape*, std::set<std::string>> sides_;
+  std::vector<std::string> names_;
+  std::vector<int> numbers_;  // of the surfaces' regions
 };
 
 }  // namespace
@@ -115,19 +132,21 @@ RegionMask region_mask(const Scene& scene, RegionKind kind) {
 
 RegionMask region_mask(const Scene& scene, RegionKind kind, const Window& window) {
   const RegionFinder finder(scene, kind);
-  std::vector<std::string> names(size_t(window.pixel_count()));
+  RegionMask mask{{}, {}, std::vector<int>(size_t(window.pixel_count()))};
   tbb::parallel_for(0, window.height, [&](int y) {
     const size_t row = size_t(y) * size_t(window.width);
     for (int x = 0; x < window.width; ++x)
-      names[row + size_t(x)] = finder.of_pixel(window.x + x, window.y + y);
+      mask.regions[row + size_t(x)] = finder.of_pixel(window.x + x, window.y + y);
   });
-  RegionMask mask;
-  std::map<std::string, int> indices{{"", -1}};
-  for (const std::string& name : names) {
-    const auto [entry, is_new] = indices.try_emplace(name, int(mask.names.size()));
-    if (is_new) mask.names.push_back(name);
-    mask.regions.push_back(entry->second);
+  std::map<int, int> indices{{-1, -1}};  // by the regions' numbers
+  for (const int number : mask.regions) indices[number] = -1;
+  for (auto& [number, index] : indices) {
+    if (number < 0) continue;
+    index = static_cast<int>(mask.names.size());
+    mask.names.push_back(finder.names()[size_t(number)]);
+    mask.numbers.push_back(number);
   }
+  for (int& region : mask.regions) region = indices[region];
   return mask;
 }
 

@@ -16,7 +16,9 @@ namespace plumb {
 enum class RegionKind { object, side, shadow };
 
 struct RegionMask {
-  std::vector<std::string> names;
+  std::vector<std::string> names;  // of those in the window, in the scene's order
+  // Of each of these its number among all regions that the scene has, whatever the window sees.
+  std::vector<int> numbers;
   // An index into `names` for each pixel of a window, row by row; -1: none.
   std::vector<int> regions;
 };

@@ -370,6 +370,33 @@ TEST_F(CliTest, ACropsMaskAndPictureAreComparedWhereTheyAre) {
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
 }
 
+TEST_F(CliTest, ACropsMaskHasTheColoursOfTheWholeOne) {
+  const std::string cornell = PLUMB_SCENES "/cornell/scene.xml --size 32x32 -o mask.exr --aov ";
+  for (const char* kind : {"object", "side", "shadow"}) {
+    ASSERT_EQ(plumb("render " + cornell + kind).exit_code, 0);
+    const Image whole = read_image(folder / "mask.exr");
+    ASSERT_EQ(plumb("render " + cornell + kind + " --crop 17,12,9,14").exit_code, 0);
+    const Image crop = read_data_window(folder / "mask.exr");
+    for_each_pixel({0, 0, 9, 14}, [&](int x, int y) {
+      for (size_t c = 0; c < 3; ++c) {
+        EXPECT_EQ(crop.values[crop.pixel(x, y) * 3 + c],
+                  whole.values[whole.pixel(x + 17, y + 12) * 3 + c]);
+      }
+    });
+    for (const auto& region : crop.provenance.regions)
+      EXPECT_EQ(std::ranges::count(whole.provenance.regions, region), 1) << region.second;
+  }
+}
+
+TEST_F(CliTest, AMaskOfLinearValuesNamesItsRegionsToo) {
+  const std::string cornell = PLUMB_SCENES "/cornell/scene.xml --size 32x32 ";
+  ASSERT_EQ(plumb("render " + cornell + "--spp 16 -o box.exr").exit_code, 0);
+  ASSERT_EQ(plumb("render " + cornell + "--aov object -o mask.exr -o mask.png").exit_code, 0);
+  const Result by_codes = plumb("compare box.exr box.exr --regions mask.png");
+  EXPECT_NE(by_codes.out.find("| left_wall "), std::string::npos) << by_codes.out;
+  EXPECT_EQ(plumb("compare box.exr box.exr --regions mask.exr").out, by_codes.out);
+}
+
 TEST_F(CliTest, CropsInAnyOrderEqualTheWhole) {
   const auto draw = [&](const std::string& name, const std::string& words) {
     ASSERT_EQ(plumb("render scene.xml " + words + " -o " + name + ".exr").exit_code, 0);

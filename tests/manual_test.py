@@ -13,8 +13,8 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
-def run(*command, accept=(0,)):
-    result = subprocess.run(command, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+def run(*command, accept=(0,), **how):
+    result = subprocess.run(command, **how, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                             check=False)
     if result.returncode not in accept:
         raise AssertionError(f"{command}: {result.returncode}\n{result.stdout}")
@@ -32,7 +32,7 @@ class Manual(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name)
-        run(PLUMB, "manual", cls.folder)
+        run(PLUMB, "manual", cls.folder, cwd=ROOT)
         listed = run(PLUMB, "--help").split("Subcommands:")[1].split("Example")[0]
         cls.commands = re.findall(r"^  (\w+)", listed, re.MULTILINE)
         cls.options = {name: options_in(run(PLUMB, name, "--help")) for name in cls.commands}
@@ -74,6 +74,19 @@ class Manual(unittest.TestCase):
         self.assertIn("inverse-pi", self.complete("plumb", "render", "--fault", "i"))
         self.assertEqual(self.complete("plumb", "reference", "--with", "c"), ["cycles"])
         self.assertEqual(self.complete("plumb", "reference", "--with", "m"), ["mitsuba", "man1"])
+        self.assertEqual(self.complete("plumb", "stress", "--methods", "mis,"),
+                         [f"mis,{word}" for word in [*methods, "default", "radiosity"]])
+        self.assertEqual(self.complete("plumb", "stress", "--with", "mitsuba,c"), ["mitsuba,cycles"])
+        self.assertEqual(self.complete("plumb", "converge", "--with", "p"), ["povray"])
+        self.assertEqual(self.complete("plumb", "export", "--to", "").count("json"), 1)
+        self.assertEqual(self.complete("plumb", "export", "--to", "mi"), [])
+        self.assertIn("inverse-pi", self.complete("plumb", "power", "--fault", "i"))
+        self.assertEqual(self.complete("plumb", "stress", "--scene", "slit,caustic_"), ["slit,caustic_in_mirror"])
+        self.assertEqual(self.complete("plumb", "certify", "--scene", "03"), ["03_tilted_lamp"])
+        self.assertIn("cornell/2:2", self.complete("plumb", "certify", "--scene", "corn"))
+        self.assertEqual(self.complete("plumb", "render", "--precision", ""), ["float", "double"])
+        for command, option in (("reference", "--with"), ("certify", "--with"), ("stress", "--with")):
+            self.assertNotIn("FILE.toml", self.complete("plumb", command, option, ""), command)
         self.assertEqual(self.complete("plumb", "render", ""), ["man1"])
         self.assertEqual(self.complete("plumb", "render", "--spp", ""), [])
 
@@ -90,6 +103,9 @@ class Manual(unittest.TestCase):
             self.assertEqual(of_fish, wanted, command)
         self.assertIn(":(bsdf nee mis plain)'", zsh)
         self.assertIn(" -a 'bsdf nee mis plain'", fish)
+        self.assertIn(":_sequence compadd - bsdf nee mis plain'", zsh)
+        self.assertIn(" -a '(__fish_append , bsdf nee mis plain)'", fish)
+        self.assertIn(":{compadd - povray cycles mitsuba; _files}'", zsh)
 
     def test_versions_agree(self):
         version = re.search(r"^project\(plumbline VERSION (\S+)",

@@ -67,6 +67,26 @@ TEST(RegionMask, NamesTheSidesOfSolidsAsTheCameraLooksAtThem) {
                                    "right_wall", "short_block", "tall_block"}));
 }
 
+TEST(RegionMask, OfAWindowHasTheRegionsAndNumbersOfTheWholeOne) {
+  Scene scene = read_scene(PLUMB_SCENES "/cornell/scene.xml");
+  scene.camera.width = scene.camera.height = 32;
+  const Window window{17, 12, 9, 14};  // sees neither the left wall nor the lamp
+  for (const RegionKind kind : {RegionKind::object, RegionKind::side, RegionKind::shadow}) {
+    const RegionMask whole = region_mask(scene, kind), part = region_mask(scene, kind, window);
+    EXPECT_LT(part.names.size(), whole.names.size() + (kind == RegionKind::shadow ? 1 : 0));
+    for (int y = 0; y < window.height; ++y) {
+      for (int x = 0; x < window.width; ++x) {
+        const int there = whole.regions[size_t((window.y + y) * 32 + window.x + x)];
+        const int here = part.regions[size_t(y * window.width + x)];
+        ASSERT_EQ(here < 0, there < 0);
+        if (here < 0) continue;
+        EXPECT_EQ(part.names[size_t(here)], whole.names[size_t(there)]);
+        EXPECT_EQ(part.numbers[size_t(here)], whole.numbers[size_t(there)]);
+      }
+    }
+  }
+}
+
 TEST(RegionMask, TellsLightPenumbraAndUmbra) {
   // A lamp from x = -0.5 to 0.5 at a height of 2; at half of it, a blind that covers all x > 0.
   Scene scene = floor_from_above(64);

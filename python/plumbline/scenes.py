@@ -24,10 +24,12 @@ SCENES = pathlib.Path(__file__).parent / "share" / "plumbline"
 class Mask:
     """Which part of a scene each pixel sees: mask["left_wall"] is true for its pixels."""
 
-    def __init__(self, names: list[str], labels: npt.NDArray[np.int32], held: _core.Picture) -> None:
+    def __init__(self, names: list[str], labels: npt.NDArray[np.int32], place: tuple[int, int, int, int],
+                 held: _core.Picture) -> None:
         self.names = names
         self.labels = labels
-        """Height x width numbers of names; -1 for an edge or nothing."""
+        """Height x width numbers of names, of a crop those of its pixels; -1 for an edge or nothing."""
+        self._place = place
         self._held = held
 
     def __getitem__(self, name: str) -> npt.NDArray[np.bool_]:
@@ -73,11 +75,12 @@ class Scene:
         """By their ids; what has none is called by its place, as "#3"."""
         return {shape.id: shape for shape in self._held.shapes}
 
-    def mask(self, kind: Literal["object", "side", "shadow"] = "object") -> Mask:
+    def mask(self, kind: Literal["object", "side", "shadow"] = "object", *, size: tuple[int, int] | str | None = None,
+             crop: tuple[int, int, int, int] | str | None = None) -> Mask:
         """The regions of its pictures: a shape each, a side of a shape each (front, left, ...), or
-        what is lit, in penumbra and in umbra."""
-        names, labels = _core.mask(self._held, kind)
-        return Mask(names, labels, _core.mask_picture(self._held, kind))
+        what is lit, in penumbra and in umbra. `size` and `crop` are render()'s; a crop has the colours
+        that the whole mask has there."""
+        return Mask(*_core.mask(self._held, kind, words(size=joined(size, "x"), crop=joined(crop, ","))))
 
     def __repr__(self) -> str:
         return f"<plumbline.Scene {self.name}: {self.camera.width}x{self.camera.height}, {', '.join(self.shapes)}>"

@@ -194,7 +194,7 @@ def _regions(regions: Regions | None) -> tuple[_core.Regions | None, str | None]
     if isinstance(regions, (str, os.PathLike)):
         return None, os.fspath(regions)
     if isinstance(regions, Mask):
-        return _core.regions(regions.names, regions.labels, False), None
+        return _core.regions(regions.names, regions.labels, False, regions._place), None
     if isinstance(regions, Mapping):
         names = list(regions)
         held = [np.asarray(regions[name], dtype=bool) for name in names]

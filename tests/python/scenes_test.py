@@ -106,6 +106,34 @@ def test_words_are_those_of_the_command():
         assert keywords - options <= {"progress", "variance", "reference-variance"}
 
 
+def test_the_mask_of_a_crop_is_a_crop_of_the_mask(cornell, draw, tmp_path):
+    crop = (30, 20, 30, 17)
+    whole, part = (cornell.mask(size=(64, 64), crop=some) for some in (None, crop))
+    assert part.labels.shape == (17, 30) and set(part.names) < set(whole.names)
+    for name in part.names:
+        assert (part[name] == whole[name][20:37, 30:60]).all()
+    pictures = []
+    for name, mask in (("whole", whole), ("part", part)):
+        mask.write(tmp_path / f"{name}.exr")
+        pictures.append(plumbline.read(tmp_path / f"{name}.exr").radiance)
+    assert (pictures[1][20:37, 30:60] == pictures[0][20:37, 30:60]).all()
+
+
+def test_the_mask_of_a_crop_fits_the_crop_and_the_whole_picture(cornell, draw):
+    crop = (30, 20, 30, 17)
+    mask, whole = cornell.mask(size=(64, 64), crop=crop), cornell.mask(size=(64, 64))
+    takes = [draw(256, seed=seed, crop=crop) for seed in (1, 2)]
+    pictures = [draw(256, seed=seed) for seed in (1, 2)]
+    of_crops = plumbline.compare(*takes, regions=mask)
+    of_pictures = plumbline.compare(*pictures, crop=crop, regions=mask)
+    of_whole_mask = plumbline.compare(*pictures, crop=crop, regions=whole)
+    for verdict in (of_pictures, of_whole_mask):
+        assert verdict.regions["right_wall"].R.test == of_crops.regions["right_wall"].R.test
+        assert verdict.regions["right_wall"].R.bias == of_crops.regions["right_wall"].R.bias
+    with pytest.raises(plumbline.ArgumentError, match="a mask of 32 x 32 pixels is needed"):
+        plumbline.compare(draw(4, size=(32, 32)), draw(4, size=(32, 32)), regions=mask)
+
+
 def test_arguments_are_refused_in_the_words_of_the_command(cornell):
     with pytest.raises(plumbline.ArgumentError, match="--spp: '0' is not a whole number from 1 to"):
         plumbline.render(cornell, spp=0)
