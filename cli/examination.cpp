@@ -109,7 +109,7 @@ Examiner::Examiner(const OtherRenderer& renderer, const Terms& terms, size_t que
 
 Reference Examiner::draw(const Question& question, int samples, int seeds, int first_seed,
                          int threads) {
-  ReferenceSettings settings{.quality = Quality::draft,
+  ReferenceSettings settings{.quality = Quality::good,
                              .first_seed = first_seed,
                              .bounces = question.bounces,
                              .threads = threads};
