@@ -294,7 +294,7 @@ TEST_F(Diagnose, NamesWhatIsWrong) {
         {"--fault exposure", "`exposure` (3.14"},
         {"--fault near-clipped", "`near-clipped`"},
         {"--fault smeared-indirect", "`smeared-indirect`"},
-        {"--fault ambient", "`ambient`"},
+        {"--fault ambient", "`ambient`, to "},
         {"--fault even-lamp", "`even-lamp`"},
         {"--fault gamma-decoded", "`gamma-decoded`"},
         {"--fault srgb-decoded", "`srgb-decoded`"},
