@@ -4,7 +4,8 @@
 
     python3 bench/certified.py build/plumb [FOLDER]
 
-FOLDER (out/certified) holds the certificates. One that is there already is not made anew.
+FOLDER (out/certified) holds the certificates. One that is there already is not made anew. Rows of programs that are
+not installed stay as they are.
 """
 
 import json
@@ -53,15 +54,22 @@ def row(certificate):
     return (certificate["renderer"] + complete, version, passed(certificate), *counts, finding, f"{seconds:.0f}")
 
 
+def kept_rows(table, names):
+    """The rows, with their line ends, of programs that are none of these."""
+    rows = table.splitlines(keepends=True)[2:]
+    return [line for line in rows if line.split("|")[1].strip().split(" (stopped")[0] not in names]
+
+
 def main():
     plumb = str(pathlib.Path(sys.argv[1]).resolve())
     folder = pathlib.Path(sys.argv[2] if len(sys.argv) > 2 else ROOT / "out/certified").resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    certificates = [certify(plumb, renderer, folder) for renderer in renderers()]
-    rows = [HEADINGS, ("---",) * len(HEADINGS), *(row(c) for c in certificates if c)]
+    certificates = [c for c in (certify(plumb, renderer, folder) for renderer in renderers()) if c]
+    rows = [HEADINGS, ("---",) * len(HEADINGS), *map(row, certificates)]
     table = "".join("| " + " | ".join(map(str, cells)) + " |\n" for cells in rows)
-    text = PAGE.read_text(encoding="utf-8")
-    before, after = text.split(BEGIN)[0], text.split(END)[1]
+    before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
+    old, after = rest.split(END)
+    table += "".join(kept_rows(old, {c["renderer"] for c in certificates}))
     PAGE.write_text(before + BEGIN + table + END + after, encoding="utf-8")
 
 

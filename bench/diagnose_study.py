@@ -121,6 +121,11 @@ def diagnose_fault(study, scene, fault, spp):
         "-o", file))
 
 
+def percent(part):
+    value = 100 * part
+    return f"{value:.2g} %" if value < 99.5 else f"{value:.0f} %"
+
+
 def own_faults(study):
     faults = re.findall(r"^\| `([\w-]+)` ", study.run("faults"), re.MULTILINE)
     # A fault that changes nothing is a right picture, of which there are others.
@@ -140,7 +145,7 @@ def own_faults(study):
     yield "|---" * (3 + len(SAMPLES)) + "|\n"
     for scene, fault in shown:
         row = " | ".join(cells[scene, fault, spp] for spp in sorted(SAMPLES))
-        yield f"| {scene} | `{fault}` | {100 * changes[scene, fault]:.2g} % | {row} |\n"
+        yield f"| {scene} | `{fault}` | {percent(changes[scene, fault])} | {row} |\n"
     yield "\n"
     for spp in sorted(SAMPLES):
         yes, no = right[spp, True], right[spp, False]

@@ -12,6 +12,7 @@
 #include "compare/comparison.h"
 #include "compare/explanation.h"
 #include "compare/maps.h"
+#include "compare/markdown.h"
 #include "compare/report.h"
 #include "compare/sums.h"
 #include "images/relative_error.h"
@@ -56,10 +57,6 @@ double relative_variance(const Picture& test, const Picture& truth) {
   return sum / double(pixels);
 }
 
-std::string percent(double bias, double error) {
-  return fmt::format("{:+.2g} ± {:.2g} %", 100.0 * bias, 100.0 * error);
-}
-
 // What `plumb compare` says of why, in its first line and without the verdict.
 std::string reason(const Comparison& comparison, double samples) {
   const std::string text = explain(comparison, {"", "", "", samples});
@@ -73,7 +70,7 @@ void note(const Comparison& comparison, double tolerance, double samples, Answer
   const double mean = std::abs(whole.reference) > 0.0 ? std::abs(whole.reference) : 1.0;
   answer.bias = whole.difference / mean;
   answer.error = whole.confidence / mean;
-  answer.text = percent(answer.bias, answer.error);
+  answer.text = percent_with_error(100.0 * answer.bias, 100.0 * answer.error, 2);
   if (comparison.verdict == Verdict::same || comparison.is_same_but_for_pixels) {
     answer.mark = Mark::right;
     const int64_t pixels = comparison.levels.back().different;
@@ -112,7 +109,7 @@ Examiner::Examiner(const OtherRenderer& renderer, const Terms& terms, size_t que
 
 Reference Examiner::draw(const Question& question, int samples, int seeds, int first_seed,
                          int threads) {
-  ReferenceSettings settings{.quality = Quality::draft,
+  ReferenceSettings settings{.quality = Quality::good,
                              .first_seed = first_seed,
                              .bounces = question.bounces,
                              .threads = threads};

@@ -264,9 +264,11 @@ void SuspectSearch::fit_numbers(Suspect& suspect, int64_t samples) {
     };
     constexpr int bits = 10;
     std::uintmax_t steps = 12;
+    const double before = left(std::log(start));
     const auto found = boost::math::tools::brent_find_minima(
         left, std::log(numbers[size_t(at) - 1]), std::log(numbers[size_t(at) + 1]), bits, steps);
-    suspect.plantings[i].number = std::exp(found.first);
+    // What was tried is as a rule what was meant, and then no search comes nearer.
+    suspect.plantings[i].number = found.second < before ? std::exp(found.first) : start;
   }
 }
 

@@ -42,7 +42,8 @@ std::vector<Suspect> all_suspects(const Scene& scene) {
       scene.shapes, [](const Shape& shape) { return shape.bsdf.kind == Bsdf::Kind::dielectric; });
   const auto samples_lamps = [](Fault fault) {
     return fault == Fault::emitter_cosine || fault == Fault::inverse_pi ||
-           fault == Fault::half_lamp_area || fault == Fault::inverse_square;
+           fault == Fault::half_lamp_area || fault == Fault::inverse_square ||
+           fault == Fault::even_lamp;
   };
   std::vector<Suspect> suspects;
   for (const FaultDescription& row : faults()) {
@@ -77,7 +78,7 @@ bool have_same_faults(const Suspect& a, const Suspect& b) {
 
 bool is_drawn(const Planting& planting) {
   return description(planting.fault).site != FaultSite::picture ||
-         planting.fault == Fault::smeared_indirect;
+         planting.fault == Fault::smeared_indirect || planting.fault == Fault::ambient;
 }
 
 bool may_share_noise(const Suspect& suspect) {

@@ -8,6 +8,14 @@
 #include <cmath>
 
 namespace plumb {
+namespace {
+
+std::string rounded(double value, int digits) {
+  const bool has_more = std::abs(value) >= std::pow(10.0, digits) - 0.5;
+  return has_more ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, digits);
+}
+
+}  // namespace
 
 std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
   if (rows.empty()) return "";
@@ -31,8 +39,12 @@ std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
 
 std::string percent(double part, double whole) {
   if (whole == 0.0) return "-";
-  const double value = 100.0 * part / std::abs(whole);
-  return std::abs(value) < 99.5 ? fmt::format("{:.2g} %", value) : fmt::format("{:.0f} %", value);
+  return rounded(100.0 * part / std::abs(whole), 2) + " %";
+}
+
+std::string percent_with_error(double value, double error, int digits) {
+  return fmt::format("{}{} ± {} %", std::signbit(value) ? "" : "+", rounded(value, digits),
+                     rounded(error, 2));
 }
 
 }  // namespace plumb

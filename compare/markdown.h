@@ -17,4 +17,8 @@ std::string table(const TableRow& head, const std::vector<TableRow>& rows);
 // A part of a whole in per cent with two digits; "-" if the whole is 0.
 std::string percent(double part, double whole = 1.0);
 
+// "+12 ± 3.4 %" of two numbers in percent, the first of so many digits and the other of two; large
+// ones without exponents, however.
+std::string percent_with_error(double value, double error, int digits);
+
 }  // namespace plumb

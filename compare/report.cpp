@@ -336,7 +336,7 @@ Json to_json(const Comparison& comparison, const ComparedFiles& files) {
 
 std::string relative_difference(const Estimate& e) {
   const double unit = e.reference > 0.0 ? e.reference / 100.0 : 1.0;
-  return fmt::format("{:+.3g} ± {:.2g} %", e.difference / unit, e.confidence / unit);
+  return percent_with_error(e.difference / unit, e.confidence / unit, 3);
 }
 
 std::string clearest_difference(const Comparison& comparison) {

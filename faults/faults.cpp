@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "faults/clamp.h"
+#include "faults/light_backs.h"
 #include "faults/trace_faulty.h"
 #include "faults/view.h"
 #include "images/srgb.h"
@@ -17,22 +18,6 @@ template <typename Change>
 void change_reflectances(Scene& scene, Change change) {
   for (Shape& shape : scene.shapes) {
     for (int c = 0; c < 3; ++c) shape.bsdf.reflectance[c] = change(shape.bsdf.reflectance[c]);
-  }
-}
-
-// Puts a lamp that faces the other way behind each, too close for light to get between them.
-void light_backs(Scene& scene) {
-  constexpr double gap = 1e-4;  // in sizes of the lamp
-  for (size_t i = 0, count = scene.shapes.size(); i < count; ++i) {
-    Shape back = scene.shapes[i];
-    auto* faces = std::get_if<Mesh>(&back.geometry);
-    if (!back.is_lamp() || faces == nullptr) continue;
-    for (Polygon& face : *faces) {
-      const Vec3 shift = face.normal() * (gap * (face.corners[2] - face.corners[0]).length());
-      for (Vec3& corner : face.corners) corner -= shift;
-      std::reverse(face.corners.begin(), face.corners.end());
-    }
-    scene.shapes.push_back(back);
   }
 }
 
@@ -144,6 +129,21 @@ void split_otherwise(Scene& scene) {
 
 }  // namespace
 
+void light_backs(Scene& scene, const std::function<bool(const Shape&)>& wanted) {
+  constexpr double gap = 1e-4;  // in sizes of the lamp
+  for (size_t i = 0, count = scene.shapes.size(); i < count; ++i) {
+    Shape back = scene.shapes[i];
+    auto* faces = std::get_if<Mesh>(&back.geometry);
+    if (!back.is_lamp() || faces == nullptr || !wanted(back)) continue;
+    for (Polygon& face : *faces) {
+      const Vec3 shift = face.normal() * (gap * (face.corners[2] - face.corners[0]).length());
+      for (Vec3& corner : face.corners) corner -= shift;
+      std::reverse(face.corners.begin(), face.corners.end());
+    }
+    scene.shapes.push_back(back);
+  }
+}
+
 void plant(Fault fault, Scene& scene, Settings& settings, std::optional<double> number) {
   if (fault == Fault::none || description(fault).site == FaultSite::picture) return;
   const auto& numbers = description(fault).numbers;
@@ -158,7 +158,7 @@ void plant(Fault fault, Scene& scene, Settings& settings, std::optional<double> 
     case Fault::srgb_reflectance: return change_reflectances(scene, linear_of_srgb);
     case Fault::half_pixel: return shift_half_pixels(camera, n);
     case Fault::glass_inside_out: return turn_glass_inside_out(scene);
-    case Fault::two_sided_lamp: return light_backs(scene);
+    case Fault::two_sided_lamp: return light_backs(scene, [](const Shape&) { return true; });
     case Fault::fov_axis: return take_other_axis(camera);
     case Fault::gaussian_filter: camera.filter = {Filter::Kind::gaussian, 0.5}; return;
     case Fault::blackman_harris_filter:

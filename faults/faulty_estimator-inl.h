@@ -180,9 +180,10 @@ struct FaultyEstimator : Estimator<Lanes, true> {
 
   R spoil(R inverse_pdf, const Lamp& lamp, V3<D> p, R distance) const {
     if (fault == Fault::half_lamp_area) return inverse_pdf * R(0.5f);
-    if (fault == Fault::inverse_square) return inverse_pdf * (distance * distance);
-    if (fault == Fault::emitter_cosine)
-      return inverse_pdf / max(emitter_cosine(lamp, p, distance), R(1e-4f));
+    if (fault == Fault::inverse_square || fault == Fault::even_lamp)
+      inverse_pdf = inverse_pdf * (distance * distance);
+    if (fault == Fault::emitter_cosine || fault == Fault::even_lamp)
+      inverse_pdf = inverse_pdf / max(emitter_cosine(lamp, p, distance), R(1e-4f));
     return inverse_pdf;
   }
 

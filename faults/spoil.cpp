@@ -7,6 +7,7 @@
 
 #include "faults/clamp.h"
 #include "faults/faults.h"
+#include "faults/light_backs.h"
 #include "faults/view.h"
 #include "images/srgb.h"
 #include "renderer/render.h"
@@ -159,6 +160,9 @@ Change change_of(Fault fault, const Scene& scene, double n) {
     case Fault::srgb_encoded: return by_curve(srgb_of_linear);
     case Fault::gamma_encoded:
       return by_curve([](double c) { return std::pow(std::max(c, 0.0), 1.0 / gamma); });
+    case Fault::srgb_decoded: return by_curve(linear_of_srgb);
+    case Fault::gamma_decoded:
+      return by_curve([](double c) { return std::pow(std::max(c, 0.0), gamma); });
     case Fault::clipped: return by_curve([](double c) { return std::min(c, 1.0); });
     case Fault::exposure: return by_curve([n](double c) { return n * c; });
     case Fault::clamp_indirect:
@@ -176,12 +180,17 @@ Change change_of(Fault fault, const Scene& scene, double n) {
   }
 }
 
-// Of the film's samples, the light that has met one surface at most.
+// With the film's samples.
+Film draw_as(const Film& film, const Scene& scene, const Settings& settings) {
+  Film other(film.width(), film.height());
+  render(scene, settings, {.samples = {0, film.samples_per_pixel()}}, other);
+  return other;
+}
+
+// The light that has met one surface at most.
 Film direct_light(const Film& film, const Scene& scene, Settings settings) {
   settings.bounces.last = std::min(settings.bounces.last, 1);
-  Film direct(film.width(), film.height());
-  render(scene, settings, {.samples = {0, film.samples_per_pixel()}}, direct);
-  return direct;
+  return draw_as(film, scene, settings);
 }
 
 // The film with other values for each replicate.
@@ -213,6 +222,28 @@ Film smear_indirect(const Film& film, const Scene& scene, const Settings& settin
   return film_of(film, replicates);
 }
 
+// Each matte surface is a black lamp of that part of its reflectance, seen in mirrors, too.
+Film add_ambient(const Film& film, Scene scene, Settings settings, double part) {
+  for (Shape& shape : scene.shapes) {
+    const bool is_matte = shape.bsdf.kind == Bsdf::Kind::diffuse;
+    shape.radiance = is_matte ? part * shape.bsdf.reflectance : Rgb(0.0);
+    if (is_matte) shape.bsdf.reflectance = Rgb(0.0);
+  }
+  light_backs(scene, [](const Shape& shape) { return shape.bsdf.two_sided; });
+  scene.points.clear();
+  scene.sky = Rgb(0.0);
+  settings.bounces.first = 0;
+  const Film glow = draw_as(film, scene, settings);
+  std::array<std::vector<float>, Film::replicates> replicates;
+  for (size_t r = 0; r < replicates.size(); ++r) {
+    if (film.samples_per_replicate()[r] == 0) continue;
+    replicates[r] = film.replicate_mean(static_cast<int>(r));
+    std::ranges::transform(replicates[r], glow.replicate_mean(static_cast<int>(r)),
+                           replicates[r].begin(), std::plus{});
+  }
+  return film_of(film, replicates);
+}
+
 }  // namespace
 
 Film spoil(Fault fault, const Film& film, const Scene& scene, const Settings& settings,
@@ -221,6 +252,7 @@ Film spoil(Fault fault, const Film& film, const Scene& scene, const Settings& se
   const auto& numbers = description(fault).numbers;
   const double n = number.value_or(numbers.empty() ? 0.0 : numbers.front());
   if (fault == Fault::smeared_indirect) return smear_indirect(film, scene, settings, n);
+  if (fault == Fault::ambient) return add_ambient(film, scene, settings, n);
   const Change change = change_of(fault, scene, n);
   if (!change) return film;
   std::vector<float> mean = film.mean();

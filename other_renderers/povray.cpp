@@ -147,7 +147,9 @@ struct LampPart {
 
 // The error of a grid's light falls as exp(-2 pi distance / step): to 0.2 % where it is one step
 // away, as with these factors it is for the grid of a good picture. The largest is what can be
-// afforded.
+// afforded. The lamp's border adds an error of the midpoint rule, which falls with the square of
+// the step: straight below a square that is as far away as its side is long, +0.53 % with 6 lights
+// along a side, 0.30 % with 8 and 0.07 % with 16.
 constexpr double usual_grid = 8.0;
 constexpr double largest_factor = 4.0;
 

@@ -104,6 +104,12 @@ TEST_F(Certify, AFaultIsFoundByTheFirstSceneThatShowsIt) {
   EXPECT_EQ(first_wrong("five-bounces"), "11_room");
 }
 
+TEST_F(Certify, ABlackPictureIsWrongByAllOfIt) {
+  const Json certificate =
+      certify(describe_ours(R"(, "--fault", "lamp-missing")"), "02_matte_floor", 1);
+  EXPECT_EQ(answer(certificate, "02_matte_floor")["text"], "-100 ± 0 %");
+}
+
 TEST_F(Certify, APictureIsFoundThatIsUpsideDownMirroredOrShifted) {
   for (const char* keys : {"[picture]\nflipped = true", "[picture]\nmirrored = true"}) {
     const Json certificate = certify(describe_ours("", keys), "00_corners", 1);

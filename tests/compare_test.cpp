@@ -11,6 +11,7 @@
 #include <random>
 
 #include "compare/comparison.h"
+#include "compare/markdown.h"
 
 namespace plumb {
 namespace {
@@ -597,6 +598,13 @@ std::string refusal(Picture test, Picture reference,
     return error.what();
   }
   return "accepted";
+}
+
+TEST(Numbers, HaveNoExponentsWhereTheyAreLarge) {
+  EXPECT_EQ(percent_with_error(-100.0, 0.0, 2), "-100 ± 0 %");
+  EXPECT_EQ(percent_with_error(99.4, 0.0123, 2), "+99 ± 0.012 %");
+  EXPECT_EQ(percent_with_error(1234.5, 120.4, 3), "+1234 ± 120 %");
+  EXPECT_EQ(percent_with_error(0.1234, 3.21, 3), "+0.123 ± 3.2 %");
 }
 
 TEST(Poison, OneBadValueAnywhereIsRefusedWithItsPlace) {

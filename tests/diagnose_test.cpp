@@ -154,6 +154,29 @@ TEST(SetUps, SmearOnlyTheIndirectLightOfMatteSurfaces) {
   for (size_t i = 0; i < before.size(); ++i) EXPECT_FLOAT_EQ(after[i], before[i]);
 }
 
+// A wall of albedo 0.5, and a mirror that shows it; both in the dark, and looked at from behind,
+// too.
+TEST(SetUps, AddAmbientLightWhereMatteSurfacesAreSeen) {
+  Scene scene;
+  scene.shapes = {parallelogram({-9, -9, 2}, {0, 18, 0}, {18, 0, 0}, diffuse(0.5))};
+  scene.camera = camera({0, 0, 0}, {0, 0, 1}, 30.0, side);
+  const auto expect = [&](double radiance) {
+    for (const float value : film_of(scene, Fault::ambient, 0.2).mean()) {
+      EXPECT_FLOAT_EQ(value, static_cast<float>(radiance));
+    }
+  };
+  expect(0.2 * 0.5);
+  Polygon& wall = std::get<Mesh>(scene.shapes[0].geometry)[0];
+  std::reverse(wall.corners.begin(), wall.corners.end());
+  expect(0.0);
+  scene.shapes[0].bsdf.two_sided = true;
+  expect(0.2 * 0.5);
+  Bsdf mirror{.kind = Bsdf::Kind::conductor, .reflectance = Rgb(0.8)};
+  scene.shapes.push_back(parallelogram({-1, -1, 1}, {0, 2, 0}, {2, 0, 0}, mirror));
+  scene.shapes[0] = parallelogram({-9, -9, -2}, {18, 0, 0}, {0, 18, 0}, diffuse(0.5));
+  expect(0.8 * 0.2 * 0.5);
+}
+
 // The table
 
 TEST(FaultTable, NamesEachFaultOnce) {
@@ -271,6 +294,10 @@ TEST_F(Diagnose, NamesWhatIsWrong) {
         {"--fault exposure", "`exposure` (3.14"},
         {"--fault near-clipped", "`near-clipped`"},
         {"--fault smeared-indirect", "`smeared-indirect`"},
+        {"--fault ambient", "`ambient`, to "},
+        {"--fault even-lamp", "`even-lamp`"},
+        {"--fault gamma-decoded", "`gamma-decoded`"},
+        {"--fault srgb-decoded", "`srgb-decoded`"},
         {"--bounces 0:3 --fault mirrored", "`five-bounces` (3) and `mirrored`"}}) {
     render(made);
     const Result result = diagnose("test.exr " + cornell + " --tolerance 20%");

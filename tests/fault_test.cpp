@@ -107,6 +107,13 @@ TEST(Fault, InverseSquareMultipliesDirectLightByTheSquaredDistance) {
                1e-3);
 }
 
+TEST(Fault, EvenLampKnowsNeitherCosineNorDistance) {
+  const Vec3 middle(1.01, 2, 0.01);
+  const double unit = Vec3(8, 2, 8).length() / 2.0;
+  const double square = middle.length2() / (unit * unit);
+  expect_ratio(Fault::even_lamp, small_lamp({1, 2, 0}), square * middle.length() / middle.y, 1e-3);
+}
+
 // The demo's ball has the lamp's area, shines with L A / pi at any distance, and is not turned.
 TEST(Fault, WebglDemoKnowsNoDistance) {
   const Vec3 middle(1.01, 2, 0.01);
