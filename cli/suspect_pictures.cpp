@@ -106,7 +106,7 @@ std::shared_ptr<const Film> SuspectPictures::drawn(const Suspect& what, int64_t 
   Film film(scene.camera.width, scene.camera.height);
   draw(scene, settings, samples, name_of(what), film);
   for (const Planting& p : what.plantings) {
-    film = spoil(p.fault, std::move(film), scene, settings, p.number);
+    film = spoil(p.fault, film, scene, settings, p.number);
   }
   return steadied(std::move(film), bases_.at(key_of(what, samples)));
 }

@@ -52,7 +52,7 @@ struct Element {
   std::array<Vec3, most_points> fit;
   Matrix to_parent, from_parent;  // functions that fit best; what the parent's is here
 
-  Element(const Faces& faces, size_t face, std::span<const Vec3> corners);
+  Element(const Faces& faces, size_t on, std::span<const Vec3> outline);
 
   bool has_children() const { return child >= 0; }
   std::span<const Vec3> outline() const { return {corners.data(), size_t(size)}; }
