@@ -163,8 +163,8 @@ TEST_F(Certify, AMisbehavingProgramHasFailed) {
   const std::string small = fmt::format("{} render {}/01_lamp.xml --spp 1 --size 8x8 -o $2",
                                         PLUMB_EXECUTABLE, closed_forms);
   expect(failure(small), "is 8x8, not 16x16");
-  std::string pfm = "printf 'PF\\n16 16\\n-1.0\\n' > $2; ";
-  pfm += "for i in $(seq 768); do printf '\\000\\000\\300\\177'; done >> $2";
+  std::string pfm = R"(printf 'PF\n16 16\n-1.0\n' > $2; )";
+  pfm += R"(for i in $(seq 768); do printf '\000\000\300\177'; done >> $2)";
   expect(failure(pfm, "output = \"pfm\""), "768 values that are infinite or no numbers");
 }
 
@@ -205,8 +205,8 @@ TEST_F(Certify, ADescriptionIsReadWithItsPlaceInErrors) {
   const std::string good = "command = [\"x\", \"{scene}\", \"{output}\"]\n";
   EXPECT_EQ(complaint(good), "none");
   expect(complaint(""), "there is no 'command'");
-  expect(complaint("command = [\"x\", \"{scene}\"]"), "lacks '{output}'");
-  expect(complaint("command = [\"x\", \"{scene}\", \"{output}\", \"{samples}\"]"),
+  expect(complaint(R"(command = ["x", "{scene}"])"), "lacks '{output}'");
+  expect(complaint(R"(command = ["x", "{scene}", "{output}", "{samples}"])"),
          "'{samples}' is no placeholder");
   expect(complaint(good + "sceen = \"json\""), "bad.toml:2:9: 'sceen' is no key");
   expect(complaint(good + "scene = \"obj\""), "'scene' must be");

@@ -92,10 +92,11 @@ class LaneSamples {
         if (next_pixel_ == end_pixel_) return false;
       }
       const int64_t width = job_.scene.camera.width;
-      const int64_t pixel = job_.film.window().number_in_picture(next_pixel_, width);
+      const int64_t pixel = job_.film.window().number_in_picture(next_pixel_, width),
+                    row = pixel / width;
       pixel_[lane] = static_cast<uint32_t>(pixel);
       x_[lane] = static_cast<T>(pixel % width);
-      y_[lane] = static_cast<T>(pixel / width);
+      y_[lane] = static_cast<T>(row);
       on_film_[lane] = size_t(next_pixel_++);
       sample_[lane] = job_.samples.first;
       job_.film.open_pixel(on_film_[lane]);
