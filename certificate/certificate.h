@@ -14,7 +14,7 @@
 namespace plumb {
 
 // Of the questions that are asked. The next one is to have a higher number.
-constexpr int certificate_version = 1;
+constexpr int certificate_version = 2;
 
 // How a question ended. `failed` is a program that ended early, took too long or left no picture
 // that is one; `cannot` one that says, or of which is said, that it can't draw this.

@@ -142,6 +142,13 @@ std::string to_html(const Certificate& certificate) {
       escape(certificate.version.empty() ? certificate.renderer : certificate.version),
       certificate.host.empty() ? "" : ", " + escape(certificate.host),
       100.0 * certificate.tolerance);
+  if (code == 1) {
+    page +=
+        "<p>The first wrong answer is the place to start. What it looks like is also said by "
+        "<code>plumb diagnose\n"
+        "PICTURE SCENE</code>, of a picture that the renderer drew of a scene file, such as "
+        "<code>cornell/scene.xml</code>.\n";
+  }
   if (!certificate.is_complete) page += "<p>It was interrupted: not all questions were asked.\n";
   page += table(certificate.answers);
   if (!certificate.noise.empty()) {

@@ -287,7 +287,8 @@ void add_certify(CLI::App& app, int& exit_code) {
              "Of the program for each question, at most; a first round\nmay take longer (default: "
              "30; with --quick 15)");
   command.add_flag("--quick", options->quick,
-                   "Closed forms and the Cornell box alone, in a minute");
+                   "Closed forms and the Cornell box alone: a minute for a renderer\n"
+                   "as fast as Mitsuba");
   add_option(command, "--folder", "DIR", options->folder,
              "Where the scenes are (default: reference_scenes)");
   add_option(command, "--scene", "NAME,...", options->scenes,

@@ -81,6 +81,12 @@ std::string remark(const Diagnosis& d) {
 
 std::string to_text(const Diagnosis& d, double tolerance) {
   std::string text = fmt::format("{}\n{}{}", sentence(d, tolerance), remark(d), table_of(d));
+  if (!d.suspects.empty()) {
+    text += '\n';
+    for (const Planting& p : d.suspects.front().plantings) {
+      text += fmt::format("`{}`: {}\n", fault_name(p.fault), description(p.fault).text);
+    }
+  }
   if (d.tried > 0) text += fmt::format("\n{} suspects were tried\n", d.tried);
   return text;
 }

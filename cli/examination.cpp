@@ -86,11 +86,33 @@ void note(const Comparison& comparison, double tolerance, double samples, Answer
       break;
     default:
       answer.mark = Mark::noisy;
-      if (!std::isfinite(comparison.samples_factor)) answer.text += ": too close to the tolerance";
+      answer.text += std::isfinite(comparison.samples_factor)
+                         ? fmt::format("; about {:.2g} times the samples would tell",
+                                       comparison.samples_factor)
+                         : ": too close to the tolerance";
   }
 }
 
-void add_pictures(const Picture& test, const Picture& truth, Answer& answer) {
+// As large as the scale below a map, which else dwarfs it.
+void magnify(Image& image) {
+  constexpr int usual = 96;
+  const int times = std::max(1, usual / std::max(image.width, image.height));
+  Image larger = image;
+  larger.width *= times;
+  larger.height *= times;
+  larger.values.clear();
+  const size_t channels = image.channels.size();
+  for (int y = 0; y < larger.height; ++y) {
+    for (int x = 0; x < larger.width; ++x) {
+      const float* pixel = &image.values[image.pixel(x / times, y / times) * channels];
+      larger.values.insert(larger.values.end(), pixel, pixel + channels);
+    }
+  }
+  image = std::move(larger);
+}
+
+void add_pictures(Picture test, Picture truth, Answer& answer) {
+  for (Picture* picture : {&test, &truth}) magnify(picture->image);
   const Window whole{0, 0, test.image.width, test.image.height};
   answer.pictures = {{"the program's", test.image},
                      {"what is right", truth.image},
@@ -280,7 +302,8 @@ std::vector<Answer> Examiner::try_protocol(const fs::path& scene_file) {
                               "Pixels err independently: the mean of a picture scatters as its "
                               "pixels' scatter says.\nIf not, neighbours share random numbers.");
       is_scatter_honest_ = ratio < too_much;
-      decide(noise, is_scatter_honest_, fmt::format("variance of the mean {:.2g} of that", ratio),
+      decide(noise, is_scatter_honest_,
+             fmt::format("the mean varies {:.2g} times as much as its pixels say", ratio),
              fmt::format("the mean's variance is {:.2g} times that", ratio));
       answers.push_back(noise);
     }

@@ -183,6 +183,9 @@ StoredImage read(const fs::path& file, const std::string& format, const std::str
   spec = input->spec();
   if (spec.deep) fail(file, "cannot decode", "deep images hold no plain picture");
   StoredImage stored = read_header(spec);
+  // What OpenImageIO says of its curve is that of PNM's codes.
+  const bool is_pfm = !stored.is_integer && input->format_name() == std::string("pnm");
+  if (is_pfm) stored.transfer = "linear";
   Image& image = stored.image;
   image.part = parts.part;
   image.other_parts = parts.other_parts;

@@ -377,7 +377,9 @@ TEST_F(CompareCommand, PfmIsReadWithItsFirstRowBelow) {
     bytes.append(row, 32 * 3 * sizeof(float));
   }
   write_text(folder / "clean.pfm", bytes);
-  EXPECT_EQ(compare("clean.pfm clean.exr --tolerance 0").exit_code, same);
+  const auto result = compare("clean.pfm clean.exr --tolerance 0");
+  EXPECT_EQ(result.exit_code, same);
+  EXPECT_EQ(result.output.find("states"), std::string::npos) << result.output;  // a curve
 }
 
 TEST_F(CompareCommand, PartsAreChosenByNameOrNumber) {
