@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
@@ -405,6 +406,24 @@ TEST(Radiosity, EndsAtTheWantedError) {
       draw(small_room(), {.bounces = {}, .error = 0.003, .most_bytes = enough}, quiet);
   EXPECT_LE(picture.error, 0.003);
   EXPECT_EQ(picture.why_ended, "");
+}
+
+TEST(Radiosity, TakesFromACoarserSolutionWhatItWouldComputeItself) {
+  const Faces faces(small_room());
+  Elements elements(faces, enough);
+  auto coarse = std::make_unique<Solution>(elements, Resolution::level(0), BounceRange(), nullptr,
+                                           nullptr, enough, quiet);
+  elements.refine(coarse->unevenness(), Resolution::level(0).unevenness);
+  const Resolution finer = Resolution::level(1);
+  const Solution alone(elements, finer, {}, nullptr, nullptr, enough, quiet);
+  const Solution helped(elements, finer, {}, nullptr, std::move(coarse), enough, quiet);
+  EXPECT_EQ(alone.links(), helped.links());
+  Eye eye(faces);
+  for (size_t face = 0; face < faces.list().size(); ++face) {
+    const auto& corners = faces[face].outline.corners;
+    eye.move_to(face, corners[0] * 0.3 + corners[1] * 0.45 + corners[2] * 0.25);
+    EXPECT_EQ(alone.gather(eye), helped.gather(eye)) << face;
+  }
 }
 
 TEST(Radiosity, HasTheSameBitsOnAnyNumberOfThreads) {
