@@ -210,19 +210,22 @@ def reference(scene: str | os.PathLike[str], program: str, words: Iterable[objec
 
 def perform(key, words, files, needs, program, version, store, token, stop=None):
     """Carries out a task, wherever this is; sends a plain dictionary, since workers may lack this module."""
-    worker, is_shared = socket.gethostname(), True
+    worker, is_shared, versions = socket.gethostname(), True, {}
     store = pathlib.Path(store)
     if stop is None:
         from distributed import get_worker
         dask, current = get_worker(), get_worker().get_current_task()
         worker = dask.address
+        versions = vars(dask).setdefault("plumb_versions", {})  # to ask for it again costs as much as all else
         # Nobody waits any more for what was cancelled.
         stop = lambda: getattr(dask.state.tasks.get(current), "state", "") != "executing"  # noqa: E731
         is_shared = (store / "token").is_file() and (store / "token").read_text() == token
     if needs and not is_shared:
         return {"lacks": "store", "worker": worker}
     plumb = find_plumb()
-    if not plumb or subprocess.run([plumb, "--version"], capture_output=True, text=True).stdout.strip() != version:
+    if plumb and plumb not in versions:
+        versions[plumb] = subprocess.run([plumb, "--version"], capture_output=True, text=True).stdout.strip()
+    if versions.get(plumb) != version:
         return {"lacks": "plumb", "worker": worker}
     with tempfile.TemporaryDirectory(dir=store / "unfinished" if is_shared else None) as folder:
         folder = pathlib.Path(folder)
