@@ -20,6 +20,11 @@ class SuspectScore {
   // The exposure of a model that explains most.
   Yardstick::Factor best_factor(const Picture& model) const;
 
+  // How far the picture lies from the reference towards a model, in standard errors.
+  double towards(const Picture& reference, const Picture& model) const {
+    return yardstick_.towards(test_, reference, model);
+  }
+
   double penalty_of(const Suspect& suspect) const;
 
   // What counts: blocks or pixels, whichever shows the difference more clearly: a slow change is

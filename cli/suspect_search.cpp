@@ -230,16 +230,20 @@ std::vector<Suspect> SuspectSearch::best(std::vector<Suspect> suspects, size_t c
 }
 
 void SuspectSearch::rank(std::vector<Suspect>& suspects) const {
-  std::ranges::stable_sort(suspects, {}, [by = score_.what_counts()](const Suspect& s) {
-    return std::pair(s.agreement.is_refuted, s.*by);
-  });
+  const auto by = score_.what_counts();
+  const auto error = by == &Suspect::pixels ? &Suspect::pixels_error : &Suspect::blocks_error;
+  std::ranges::stable_sort(
+      suspects, {}, [by](const Suspect& s) { return std::pair(s.agreement.is_refuted, s.*by); });
   std::vector<Suspect> those;
-  for (Suspect& suspect : suspects) {
-    const auto makes_idle = [&](const Suspect& better) {
-      return have_same_faults(suspect, better) ||
-             (!better.agreement.is_refuted && adds_to(suspect, better));
+  for (const Suspect& suspect : suspects) {
+    const auto suffices = [&](const Suspect& other) {
+      return !other.agreement.is_refuted && adds_to(suspect, other) &&
+             other.*by - out * other.*error < suspect.*by;
     };
-    if (std::ranges::none_of(those, makes_idle)) those.push_back(std::move(suspect));
+    const auto is_like = [&](const Suspect& better) { return have_same_faults(suspect, better); };
+    if (std::ranges::none_of(suspects, suffices) && std::ranges::none_of(those, is_like)) {
+      those.push_back(suspect);
+    }
   }
   suspects = std::move(those);
 }
@@ -293,6 +297,10 @@ void SuspectSearch::agree(Suspect& suspect, double part) const {
   suspect.agreement = agreement(
       test_, model, regions_, part * false_alarm / static_cast<double>(std::max<size_t>(tried_, 1)),
       by_neighbours_, shares_noise ? block_side : 1);
+}
+
+double SuspectSearch::towards(const Suspect& suspect) const {
+  return repeats_noise(suspect) ? 0.0 : score_.towards(healthy_, model_of(suspect, *suspect.film));
 }
 
 void SuspectSearch::examine(Suspect& suspect, int64_t samples) {

@@ -29,11 +29,14 @@ class SuspectSearch {
   std::vector<Suspect> pairs_with(Suspect first) const;
 
   // What agrees first, then by what is left. Of suspects that differ in their numbers alone the
-  // best one stays, and nothing that adds to one that agrees.
+  // best one stays, and of those that add to one that agrees only what is better by far.
   void rank(std::vector<Suspect>& suspects) const;
 
   // Renders it with so many samples and says whether it agrees.
   void examine(Suspect& suspect, int64_t samples);
+
+  // How far the picture lies from the reference towards the suspect's, in standard errors.
+  double towards(const Suspect& suspect) const;
 
   size_t tried() const { return tried_; }
 

@@ -178,6 +178,35 @@ Yardstick::Factor Yardstick::best_factor(const Picture& test, const Picture& mod
   return {product / of_model, 1.0 / std::sqrt(of_model), of_test - product * product / of_model};
 }
 
+double Yardstick::towards(const Picture& test, const Picture& reference,
+                          const Picture& model) const {
+  std::vector<PixelPair> seen;
+  std::vector<double> ratios, changes;
+  for_each_average(test, reference, block_side, [&](double, const PixelPair& pair) {
+    seen.push_back(pair);
+    if (pair.reference_variance > 0.0) {
+      ratios.push_back(pair.test_variance / pair.reference_variance);
+    }
+  });
+  for_each_average(model, reference, block_side,
+                   [&](double, const PixelPair& pair) { changes.push_back(pair.difference()); });
+  const double usual = ratios.empty() ? 0.0 : median(std::move(ratios));
+  double sum = 0.0, most = 0.0, variance = 0.0;
+  for (size_t block = 0; block < seen.size(); block += channels_) {
+    double along = 0.0, error = 0.0;
+    for (size_t i = block; i < block + channels_; ++i) {
+      const double noise = std::max(seen[i].test_variance, usual * seen[i].reference_variance) +
+                           seen[i].reference_variance + squares_[i];
+      along += (changes[i] * seen[i].difference() - seen[i].reference_variance) / noise;
+      error += std::abs(changes[i]) / std::sqrt(noise);
+    }
+    sum += along;
+    most = std::max(most, along);
+    variance += error * error;
+  }
+  return variance > 0.0 ? (sum - most) / std::sqrt(variance) : 0.0;
+}
+
 Agreement agreement(const Picture& test, const Picture& model, const Regions& regions,
                     double false_alarm, bool by_neighbours, int cell) {
   Judgement judgement;
