@@ -292,11 +292,12 @@ std::vector<Suspect> SuspectSearch::pairs_with(Suspect first) const {
 
 void SuspectSearch::agree(Suspect& suspect, double part) const {
   const Picture model = model_of(suspect, *suspect.film);
-  const bool shares_noise =
-      may_share_noise(suspect) && shared_noise(test_, model) > much_shared_noise;
+  const int most = std::min(test_.image.width, test_.image.height) / 4 / block_side * block_side;
+  const int side = std::min(side_without_shared_noise(suspect), std::max(block_side, most));
+  const bool shares_noise = side > 1 && shared_noise(test_, model) > much_shared_noise;
   suspect.agreement = agreement(
       test_, model, regions_, part * false_alarm / static_cast<double>(std::max<size_t>(tried_, 1)),
-      by_neighbours_, shares_noise ? block_side : 1);
+      by_neighbours_, shares_noise ? side : 1);
 }
 
 double SuspectSearch::towards(const Suspect& suspect) const {

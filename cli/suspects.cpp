@@ -81,13 +81,21 @@ bool is_drawn(const Planting& planting) {
          planting.fault == Fault::smeared_indirect || planting.fault == Fault::ambient;
 }
 
-bool may_share_noise(const Suspect& suspect) {
-  constexpr Fault those[] = {
-      Fault::gaussian_filter, Fault::blackman_harris_filter, Fault::mitchell_filter, Fault::blurred,
-      Fault::smeared,         Fault::smeared_indirect,       Fault::denoised};
-  return std::ranges::any_of(suspect.plantings, [&](const Planting& p) {
-    return std::ranges::find(those, p.fault) != std::end(those);
-  });
+int side_without_shared_noise(const Suspect& suspect) {
+  constexpr Fault narrow[] = {Fault::gaussian_filter, Fault::blackman_harris_filter,
+                              Fault::mitchell_filter, Fault::denoised};
+  constexpr Fault gaussian[] = {Fault::blurred, Fault::smeared, Fault::smeared_indirect};
+  constexpr double deviations = 4.0;
+  int side = 1;
+  for (const Planting& p : suspect.plantings) {
+    double reach = 0.0;
+    if (std::ranges::find(narrow, p.fault) != std::end(narrow)) reach = block_side;
+    if (std::ranges::find(gaussian, p.fault) != std::end(gaussian)) {
+      reach = deviations * p.number.value_or(description(p.fault).numbers.front());
+    }
+    if (reach > 0.0) side = std::max(side, block_side * int(std::ceil(reach / block_side)));
+  }
+  return side;
 }
 
 bool repeats_noise(const Suspect& suspect) {

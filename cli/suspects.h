@@ -60,9 +60,9 @@ bool have_same_faults(const Suspect& a, const Suspect& b);
 // Whether it takes a render; else it is done to a finished picture.
 bool is_drawn(const Planting& planting);
 
-// Whether neighbouring pixels may err alike: filters, unless they are sampled, and what works like
-// one.
-bool may_share_noise(const Suspect& suspect);
+// The side of squares of pixels whose averages err each by itself: more than 1 for filters, unless
+// they are sampled, and for what works like one.
+int side_without_shared_noise(const Suspect& suspect);
 
 // Whether random numbers repeat themselves in all replicates, which then don't tell the noise.
 bool repeats_noise(const Suspect& suspect);
