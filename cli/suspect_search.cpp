@@ -295,9 +295,14 @@ void SuspectSearch::agree(Suspect& suspect, double part) const {
   const int most = std::min(test_.image.width, test_.image.height) / 4 / block_side * block_side;
   const int side = std::min(side_without_shared_noise(suspect), std::max(block_side, most));
   const bool shares_noise = side > 1 && shared_noise(test_, model) > much_shared_noise;
-  suspect.agreement = agreement(
-      test_, model, regions_, part * false_alarm / static_cast<double>(std::max<size_t>(tried_, 1)),
-      by_neighbours_, shares_noise ? side : 1);
+  const auto by_squares = [&](int cell) {
+    const double chance = part * false_alarm / static_cast<double>(std::max<size_t>(tried_, 1));
+    return agreement(test_, model, regions_, chance, by_neighbours_, cell);
+  };
+  suspect.agreement = by_squares(shares_noise ? side : 1);
+  if (shares_noise && side > block_side) {  // no wide square fits into a small region
+    suspect.agreement.within = std::max(suspect.agreement.within, by_squares(block_side).within);
+  }
 }
 
 double SuspectSearch::towards(const Suspect& suspect) const {

@@ -11,6 +11,7 @@
 #include <set>
 #include <sstream>
 
+#include "cli/suspects.h"
 #include "compare/explanation.h"
 #include "faults/faults.h"
 #include "scene_files/scene_reader.h"
@@ -328,6 +329,15 @@ TEST(Explanation, IsNotDrawnInADirectionByOneBlock) {
   EXPECT_LT(towards(telling(1, 0.1, unchanged, in_one_block), telling(2, 0.01, unchanged),
                     telling(3, 0.01, darker)),
             4.5);
+}
+
+// Four deviations of a Gaussian, in whole blocks of 8.
+TEST(Suspects, AreJudgedBySquaresAsWideAsTheirNoiseIsShared) {
+  using cli::side_without_shared_noise;
+  EXPECT_EQ(side_without_shared_noise({{{Fault::five_bounces}}}), 1);
+  EXPECT_EQ(side_without_shared_noise({{{Fault::gaussian_filter}}}), 8);
+  EXPECT_EQ(side_without_shared_noise({{{Fault::smeared_indirect}}}), 32);
+  EXPECT_EQ(side_without_shared_noise({{{Fault::five_bounces}, {Fault::smeared, 2.5}}}), 16);
 }
 
 // The command
