@@ -289,7 +289,7 @@ std::vector<Suspect> SuspectSearch::pairs_with(Suspect first) const {
 void SuspectSearch::agree(Suspect& suspect, double part) const {
   const Picture model = model_of(suspect, *suspect.film);
   const bool shares_noise =
-      may_share_noise(suspect) && shared_noise(test_, model) > much_shared_noise;
+      may_share_noise(suspect) && shared_noise(test_, model).typical > much_shared_noise;
   suspect.agreement = agreement(
       test_, model, regions_, part * false_alarm / static_cast<double>(std::max<size_t>(tried_, 1)),
       by_neighbours_, shares_noise ? block_side : 1);
