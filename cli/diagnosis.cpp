@@ -79,7 +79,7 @@ void find_suspects(SuspectSearch& search, const Scene& scene, const Picture& tes
     search.examine(best, samples);
   }
   if (!best.agreement.is_refuted) {
-    result.shared_noise = shared_noise(test, search.picture_of(*best.film));
+    result.shared_noise = shared_noise(test, search.picture_of(*best.film)).sure();
   }
   result.tried = search.tried();
 }
@@ -126,7 +126,7 @@ std::optional<Diagnosis> diagnose(const Scene& original, Picture& test, double t
       const bool is_enough = result.healthy.is_refuted || result.healthy.within <= tolerance;
       if (is_enough || total_noise(test) > total_noise(healthy)) break;
     }
-    result.shared_noise = shared_noise(test, healthy);
+    result.shared_noise = shared_noise(test, healthy).sure();
     const bool is_open = !by_neighbours && result.healthy.within > tolerance &&
                          result.shared_noise < much_shared_noise;
     if (result.healthy.is_refuted || is_open) {

@@ -19,7 +19,7 @@ namespace plumb::cli {
 struct Diagnosis {
   Film reference;
   Agreement healthy = {};              // of the picture with the reference
-  double shared_noise = 0;             // see there
+  double shared_noise = 0;             // what of it is sure
   size_t tried = 0;                    // how many suspects there were
   std::vector<Suspect> suspects = {};  // the likeliest first, with films; none if all is well
 };

@@ -294,7 +294,7 @@ void SuspectSearch::agree(Suspect& suspect, double part) const {
   const Picture model = model_of(suspect, *suspect.film);
   const int most = std::min(test_.image.width, test_.image.height) / 4 / block_side * block_side;
   const int side = std::min(side_without_shared_noise(suspect), std::max(block_side, most));
-  const bool shares_noise = side > 1 && shared_noise(test_, model) > much_shared_noise;
+  const bool shares_noise = side > 1 && shared_noise(test_, model).typical > much_shared_noise;
   const auto by_squares = [&](int cell) {
     const double chance = part * false_alarm / static_cast<double>(std::max<size_t>(tried_, 1));
     return agreement(test_, model, regions_, chance, by_neighbours_, cell);

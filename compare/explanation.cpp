@@ -74,6 +74,22 @@ Regions coarsened(const Regions& regions, const Image& image, int cell) {
   return coarse;
 }
 
+// The differences that are nearer to their mean than half of their standard deviation: from, to.
+std::pair<double, double> bulk(const Picture& test, const Picture& model) {
+  double sum = 0.0, squares = 0.0, count = 0.0;
+  for (size_t c = 0; c < test.averaged; ++c) {
+    for_each_pixel(whole(test), [&](int x, int y) {
+      const double here = difference(test, model, x, y, c);
+      sum += here;
+      squares += here * here;
+      ++count;
+    });
+  }
+  const double mean = sum / count;
+  const double reach = 0.5 * std::sqrt(std::max(squares / count - mean * mean, 0.0));
+  return {mean - reach, mean + reach};
+}
+
 }  // namespace
 
 void tell_noise_by_neighbours(Picture& test, const Picture& reference) {
@@ -230,21 +246,29 @@ Agreement agreement(const Picture& test, const Picture& model, const Regions& re
   return result;
 }
 
-double shared_noise(const Picture& test, const Picture& model) {
+SharedNoise shared_noise(const Picture& test, const Picture& model) {
   constexpr int far = 4;
+  const auto [least, most] = bulk(test, model);
   std::vector<double> near_differences, far_differences;
+  double near_squares = 0.0, far_squares = 0.0;
   for (size_t c = 0; c < test.averaged; ++c) {
     for_each_pixel({0, 0, test.image.width - far, test.image.height - far}, [&](int x, int y) {
       const double here = difference(test, model, x, y, c);
-      for (const auto& [step, all] : {std::pair(1, &near_differences), {far, &far_differences}}) {
-        all->push_back(std::abs(difference(test, model, x + step, y, c) - here));
-        all->push_back(std::abs(difference(test, model, x, y + step, c) - here));
-      }
+      const auto add = [&](int step, std::vector<double>& all, double& squares) {
+        for (const double there :
+             {difference(test, model, x + step, y, c), difference(test, model, x, y + step, c)}) {
+          all.push_back(std::abs(there - here));
+          squares += std::pow(std::clamp(there, least, most) - std::clamp(here, least, most), 2.0);
+        }
+      };
+      add(1, near_differences, near_squares);
+      add(far, far_differences, far_squares);
     });
   }
   const double away = median(std::move(far_differences));
-  if (away == 0.0) return 0.0;
-  return std::max(0.0, 1.0 - std::pow(median(std::move(near_differences)) / away, 2.0));
+  if (away == 0.0 || far_squares == 0.0) return {};
+  const double typical = 1.0 - std::pow(median(std::move(near_differences)) / away, 2.0);
+  return {std::max(0.0, typical), std::max(0.0, 1.0 - near_squares / far_squares)};
 }
 
 }  // namespace plumb

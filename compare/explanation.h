@@ -4,6 +4,7 @@
 // what a suspected mistake would show.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -78,9 +79,21 @@ struct Agreement {
 Agreement agreement(const Picture& test, const Picture& model, const Regions& regions,
                     double false_alarm, bool by_neighbours, int cell = 1);
 
-// How alike the noise of neighbouring pixels is, from 0, if it is independent, to 1; both are
-// matched. The differences between pixels that touch are held against those between pixels that are
-// four apart, of `test` minus `model`, by their medians: edges and slow changes hardly count.
-double shared_noise(const Picture& test, const Picture& model);
+// How alike the noise of neighbouring pixels is, from 0, if it is independent, to 1.
+struct SharedNoise {
+  // By the medians of differences between pixels, in which edges hardly count. But where light is
+  // met by chance, most pixels have met none and tell slow changes alone, which are alike, too.
+  double typical = 0;
+  // By the squares of these differences, of values that are cut off at half of their standard
+  // deviation from their mean, lest few bright pixels decide. Edges count.
+  double of_all = 0;
+
+  // What neither edges nor rare light make alone.
+  double sure() const { return std::min(typical, of_all); }
+};
+
+// Holds differences between pixels that touch against those between pixels that are four apart, of
+// `test` minus `model`. Both are matched.
+SharedNoise shared_noise(const Picture& test, const Picture& model);
 
 }  // namespace plumb
