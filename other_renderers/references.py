@@ -21,11 +21,11 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "images"), str(ROOT / "other_renderers"), str(ROOT / "python" / "plumbline")]
+sys.path[:0] = [str(ROOT / "images"), str(ROOT / "python" / "plumbline")]
+import cluster  # noqa: E402
 import study_command  # noqa: E402
 from exr import provenance  # noqa: E402
 from study_command import STORED  # noqa: E402
-from table import other_renderers  # noqa: E402
 
 OUT = ROOT / "out" / "references"
 DOCUMENT = ROOT / "docs" / "agreement.md"
@@ -321,5 +321,5 @@ if __name__ == "__main__":
     if job not in ("make", "tables", "check") or not PLUMB or set(wanted) - set(SCENES):
         sys.exit(__doc__)
     os.environ["PLUMB"] = str(pathlib.Path(PLUMB).resolve())
-    OTHERS = other_renderers(PLUMB)
+    OTHERS = sorted(cluster.programs().values(), key=lambda other: other["word"])
     sys.exit({"make": lambda: make(wanted or SCENES), "tables": tabulate, "check": check}[job]())

@@ -40,7 +40,8 @@ void refuse_all_but_matte_polygons(const Scene& scene) {
   if (scene.has_sky()) refused += "\n  a sky ('constant' emitter)";
   if (!scene.points.empty()) refused += "\n  point lamps: they have no size";
   if (scene.camera.filter.kind != Filter::Kind::box || scene.camera.filter.size != 0.5) {
-    refused += "\n  a filter other than 'box': a pixel is the mean over its square";
+    refused +=
+        "\n  a filter other than <rfilter type=\"box\"/>: a pixel is the mean over its square";
   }
   if (refused.empty()) return;
   throw Refusal("radiosity is for matte polygons, lamps among them, but there is:" + refused);

@@ -18,13 +18,13 @@ import platform
 import subprocess
 import sys
 import time
+import tomllib
 from dataclasses import dataclass, field, replace
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / folder) for folder in ("images", "other_renderers", "")]
+sys.path[:0] = [str(ROOT / folder) for folder in ("images", "")]
 import exr  # noqa: E402
 from report import page, sections  # noqa: E402
-from table import other_renderers  # noqa: E402
 
 SCENES = ROOT / "reference_scenes"
 THOROUGH = ("cornell", "seed")  # the others are drawn more cheaply
@@ -35,6 +35,21 @@ TOLERANCES = {"cornell": "1%"}  # as in tests/gate.toml; of others 2 %
 def all_scenes():
     """Those that the plots in docs/ are of come first."""
     return THOROUGH + tuple(sorted({file.parent.name for file in SCENES.glob("*/scene.xml")} - set(THOROUGH)))
+
+
+def described(file):
+    """What `plumb reference --list` would say of a renderer's description (docs/renderers.md), whose place is `with`."""
+    path = pathlib.Path(file).resolve()
+    description = tomllib.loads(path.read_text(encoding="utf-8"))
+    return {"word": path.stem, "name": description.get("name", path.stem), "isInstalled": True,
+            "hasSamples": any("{spp}" in word for word in description["command"]), "with": str(path)}
+
+
+def other_renderers(plumb, descriptions):
+    """All that take part, those that are described last."""
+    result = subprocess.run([plumb, "reference", "--list"], capture_output=True, text=True, check=True)
+    known = sorted(json.loads(result.stdout), key=lambda renderer: renderer["word"])
+    return [*({**renderer, "with": renderer["word"]} for renderer in known), *map(described, descriptions)]
 
 
 @dataclass

@@ -461,6 +461,17 @@ TEST_F(CompareCommand, NumbersThatDifferAreShownWithTheDigitsThatTellThemApart) 
   EXPECT_TRUE(contains(result.output, "in R (0.57631, not 0.5763)")) << result.output;
 }
 
+TEST_F(CompareCommand, BlackPicturesAreTheSameAndThatIsSaid) {
+  EXPECT_TRUE(contains(compare("clean.exr clean.exr").output, "same: all pixels are equal\n"));
+  Image black = clean;
+  std::ranges::fill(black.values, 0.0F);
+  write_image(black, folder / "black.exr");
+  const Result result = compare("black.exr black.exr");
+  EXPECT_EQ(result.exit_code, same);
+  EXPECT_TRUE(contains(result.output, "same: all pixels are equal, and their mean is 0\n"))
+      << result.output;
+}
+
 TEST_F(CompareCommand, EqualMeansAreNotSaidToDifferByLessThanNothing) {
   Image test = clean;
   std::swap_ranges(test.values.begin(), test.values.begin() + 3, test.values.begin() + 3);

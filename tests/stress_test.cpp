@@ -92,7 +92,9 @@ TEST(StressCommand, PrintsATableAndExitsWithZero) {
   for (int c = 0; (c = fgetc(pipe)) != EOF;) out += static_cast<char>(c);
   EXPECT_EQ(pclose(pipe), 0) << out;
   for (const char* row :
-       {"| slit | mis float |", "| edge_pixel | mis double |", "| slit | default |"}) {
+       {"| slit | mis float |", "| edge_pixel | mis double |", "| slit | default |",
+        "\n\n| scene | mis float | mis double | default |\n|---|---|---|---|\n| slit | ",
+        "\n| edge_pixel | holds | holds | holds |\n"}) {
     EXPECT_NE(out.find(row), std::string::npos) << out;
   }
 }

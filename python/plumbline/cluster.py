@@ -109,21 +109,30 @@ def program_version(word):
 
 def bundle(file):
     """(its name, all files that a scene or a description names, as bytes by name)."""
-    found, left = {}, [pathlib.Path(file).resolve()]
+    found, left, listed = {}, [pathlib.Path(file).resolve()], {}
     while left:
         path = left.pop()
         if path in found:
             continue
         found[path] = path.read_bytes()
         if path.suffix in (".xml", ".toml"):
-            for word in re.findall(r"[^\s\"'<>{}=,;]{1,200}", found[path].decode(errors="replace")):
-                # An oracle like another scene is named without its .xml; {here}/... is beside the file.
-                places = [path.parent / (word.lstrip("/").rstrip(".") + end) for end in ("", ".xml")]
-                left += [place.resolve() for place in places if place.is_file()]
+            left += named_in(found[path].decode(errors="replace"), path.parent, listed)
     # A scene may be called after its folder.
     root = pathlib.Path(os.path.commonpath([path.parent for path in found])).parent
     files = {str(path.relative_to(root)): data for path, data in found.items()}
     return next(iter(files)), files
+
+
+def named_in(text, folder, listed):
+    """The files that the text of one in this folder names. Most words are no file's name: a folder's list, which
+    `listed` keeps, says so sooner than asking for each, and studies have thousands of tasks."""
+    names = listed.get(folder) or listed.setdefault(folder, set(os.listdir(folder)))
+    for word in dict.fromkeys(re.findall(r"[^\s\"'<>{}=,;]{1,200}", text)):
+        # An oracle like another scene is named without its .xml; {here}/... is beside the file.
+        word = word.lstrip("/").rstrip(".")
+        for place in (word, f"{word}.xml"):
+            if (place in names or "/" in place) and (folder / place).is_file():
+                yield (folder / place).resolve()
 
 
 def size_of(files, name, words):

@@ -186,7 +186,7 @@ def picture(values: PictureLike, *, variance: npt.ArrayLike | None = None, repli
     count = floats.shape[2]
     names = list(channels) if channels is not None else _CHANNELS.get(count)
     if names is None or len(names) != count:
-        raise ArgumentError(f"{name} has {count} channels: channels= names them")
+        raise ArgumentError(f"{name} of shape {floats.shape} has {count} channels: plumbline.picture(..., channels=) names them")
     noise = None
     if variance is not None:
         noise = np.ascontiguousarray(np.broadcast_to(_floats(variance, "variance"), floats.shape))

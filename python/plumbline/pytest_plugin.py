@@ -127,13 +127,18 @@ class Pictures:
                budget: int, terms: dict[str, Any]) -> tuple[Verdict, int]:
         """The verdict, and the samples per pixel that were drawn."""
         __tracebackhide__ = True
+        from . import PictureError
         file = self._place(reference, ".exr")
         if isinstance(terms.get("regions"), str):
             terms["regions"] = self._place(terms["regions"], "")
-        verdict = None
+        verdict, may_update = None, self._updates and expect == "same"
         if file.exists():
-            drawn, verdict = self._look(test, file, spp, budget, terms)
-        if self._updates and expect == "same" and (verdict is None or not verdict.same):
+            try:
+                drawn, verdict = self._look(test, file, spp, budget, terms)
+            except PictureError:  # the reference has another size, for instance
+                if not may_update:
+                    raise
+        if may_update and (verdict is None or not verdict.same):
             self._update(test, file, budget, terms)
             drawn, verdict = self._look(test, file, spp, budget, terms)
         if verdict is None:
@@ -168,11 +173,13 @@ class Pictures:
 
     def _update(self, test: Union[PictureLike, Render], file: pathlib.Path, budget: int,
                 terms: dict[str, Any]) -> None:
-        from . import picture
+        from . import compare, picture
         if callable(test):
             made = _mean(test, max(1, budget // SEEDS), FIRST_SEED_OF_REFERENCES)
         else:
             made = picture(test, variance=terms.get("variance"), replicates=terms.get("replicates", ()))
+        # Raises what any picture would be refused for that is held against it, such as a value that is NaN.
+        compare(made, made, **{word: terms[word] for word in ("channels", "crop", "negative") if word in terms})
         file.parent.mkdir(parents=True, exist_ok=True)
         made.write(file)
         _write_card(file, self.test, made)

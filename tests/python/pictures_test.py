@@ -68,7 +68,7 @@ def test_regions_are_masks_files_arrays_or_names(cornell, draw, tmp_path):
 @pytest.mark.parametrize("values, reason", [
     (np.zeros((4, 4, 3), np.uint8), "linear radiance is wanted, as floats, not uint8"),
     (np.zeros(4), "height x width"),
-    (np.zeros((4, 4, 5)), "has 5 channels: channels= names them"),
+    (np.zeros((4, 4, 5)), r"of shape \(4, 4, 5\) has 5 channels: plumbline.picture\(..., channels=\) names them"),
 ])
 def test_what_is_no_picture_is_refused(values, reason):
     with pytest.raises(plumbline.ArgumentError, match=reason):

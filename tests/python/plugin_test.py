@@ -72,6 +72,24 @@ def test_an_update_leaves_what_is_the_same(run, pytester):
     assert file.read_bytes() != first
 
 
+def test_an_update_replaces_a_reference_of_another_size(run):
+    test = 'def test_it(pictures):\n    pictures.check(render(256, 1).radiance{part}, "box")'
+    run(test.format(part=""), "--pictures-update")
+    smaller = test.format(part="[8:24]")
+    run(smaller).stdout.fnmatch_lines(["*PictureError: the test shows 32 x 16 pixels*"])
+    run(smaller, "--pictures-update").assert_outcomes(passed=1)
+    run(smaller).assert_outcomes(passed=1)
+
+
+def test_an_update_makes_no_reference_that_nothing_could_be_held_against(run, pytester):
+    result = run("""
+    def test_it(pictures):
+        pictures.check(render(16, 1).radiance - float("inf"), "box")
+    """, "--pictures-update")
+    result.stdout.fnmatch_lines(["*PictureError: the test has 3072 values that are NaN, infinite or negative*"])
+    assert not (pytester.path / "references").exists()
+
+
 def test_a_function_is_called_until_the_verdict_is_sure(run):
     run('def test_it(pictures):\n    pictures.check(render, "box", budget=4096)',
         "--pictures-update").assert_outcomes(passed=1)
