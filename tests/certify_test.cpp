@@ -168,6 +168,24 @@ TEST_F(Certify, AMisbehavingProgramHasFailed) {
   expect(failure(pfm, "output = \"pfm\""), "768 values that are infinite or no numbers");
 }
 
+TEST_F(Certify, AProgramThatTakesXmlForJsonIsToldOfTheFormat) {
+  write("draw.py", "import json, sys\njson.load(open(sys.argv[1]))\nraise ValueError('no more')");
+  const auto failure = [&](const std::string& keys) {
+    const std::string description = write("draw.toml", R"(
+name = "My tracer"
+command = ["python3", "{here}/draw.py", "{scene}", "{output}", "{spp}"]
+)" + keys);
+    const Json certificate = certify(description, "01_lamp", 1);
+    return answer(certificate, "runs")["text"].get<std::string>();
+  };
+  const std::string hint = "its description needs scene = \"json\"";
+  const std::string xml = failure(""), json = failure("scene = \"json\"");
+  EXPECT_NE(xml.find(hint), std::string::npos) << xml;
+  EXPECT_TRUE(xml.starts_with("My tracer: json.decoder.JSONDecodeError")) << xml;
+  EXPECT_EQ(json.find(hint), std::string::npos) << json;
+  EXPECT_TRUE(json.starts_with("My tracer: ValueError: no more")) << json;
+}
+
 TEST_F(Certify, NeighboursThatShareRandomNumbersAreFound) {
   write("draw.py", R"(
 import random, struct, sys
