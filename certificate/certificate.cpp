@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <pugixml.hpp>
 #include <sstream>
+#include <utility>
 
 namespace plumb {
 namespace {
@@ -26,6 +27,10 @@ const char* to_string(Mark mark) {
   return names[size_t(mark)];
 }
 
+std::string finding(const Answer& answer) {
+  return answer.text + (answer.worst ? "; most clearly " + answer.worst->text : "");
+}
+
 bool Certificate::is_passed() const { return exit_code() == 0; }
 
 int Certificate::exit_code() const {
@@ -42,10 +47,25 @@ std::string Certificate::summary() const {
   const auto first = std::ranges::find_if(answers, is_bad);
   if (first != answers.end()) {
     return fmt::format("{} does not pass {}. Start with '{}': {}.", renderer, grade, first->name,
-                       first->text);
+                       finding(*first));
   }
   return fmt::format("{}: {} is open, {}.", renderer, grade,
                      is_complete ? "some pictures are too noisy to tell" : "it was interrupted");
+}
+
+std::string Certificate::advice() const {
+  const auto is_far_noisier = [](const Answer& answer) {
+    return answer.mark == Mark::noisy && answer.noise_ratio >= many_times;
+  };
+  const auto count = std::ranges::count_if(answers, is_far_noisier);
+  if (count == 0) return "";
+  const auto most = std::ranges::max_element(answers, {}, &Answer::noise_ratio);
+  return fmt::format(
+      "{} {} too noisy to tell, with up to {:.0f} times the variance of Plumbline's picture of as "
+      "many samples. Paths that meet lamps by chance alone are as noisy as that: sampling lamps "
+      "directly at each bounce (next event estimation), weighted by multiple importance sampling "
+      "(MIS), makes noise fall by far.",
+      count, count == 1 ? "answer is" : "answers are", most->noise_ratio);
 }
 
 nlohmann::ordered_json to_json(const Certificate& certificate) {
@@ -54,7 +74,8 @@ nlohmann::ordered_json to_json(const Certificate& certificate) {
       {"version", certificate.version},      {"host", certificate.host},
       {"tolerance", certificate.tolerance},  {"quick", certificate.is_quick},
       {"complete", certificate.is_complete}, {"passed", certificate.is_passed()},
-      {"summary", certificate.summary()},    {"noise", certificate.noise}};
+      {"summary", certificate.summary()},    {"advice", certificate.advice()},
+      {"noise", certificate.noise}};
   json["answers"] = nlohmann::ordered_json::array();
   for (const Answer& answer : certificate.answers) {
     json["answers"].push_back({{"name", answer.name},
@@ -65,6 +86,13 @@ nlohmann::ordered_json to_json(const Certificate& certificate) {
                                {"error", answer.error},
                                {"samplesPerPixel", answer.samples_per_pixel},
                                {"seconds", answer.seconds}});
+    if (!answer.worst) continue;
+    const Place& place = *answer.worst;
+    const Window& w = place.window;
+    nlohmann::ordered_json worst{{"window", {w.x, w.y, w.width, w.height}}};
+    if (!place.region.empty()) worst = {{"region", place.region}};
+    worst.update({{"channel", place.channel}, {"bias", place.bias}, {"error", place.error}});
+    json["answers"].back()["worst"] = std::move(worst);
   }
   json["paces"] = nlohmann::ordered_json::array();
   for (const Pace& pace : certificate.paces) {
@@ -91,7 +119,7 @@ std::string to_junit(const Certificate& certificate) {
                                                      : "skipped";
     pugi::xml_node failure = test.append_child(kind);
     failure.append_attribute("message") =
-        fmt::format("{}: {}", to_string(answer.mark), answer.text).c_str();
+        fmt::format("{}: {}", to_string(answer.mark), finding(answer)).c_str();
   }
   std::ostringstream stream;
   document.save(stream, "  ");

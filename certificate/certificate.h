@@ -5,11 +5,13 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "images/image.h"
+#include "images/window.h"
 
 namespace plumb {
 
@@ -21,15 +23,28 @@ constexpr int certificate_version = 2;
 enum class Mark { right, wrong, noisy, cannot, failed };
 const char* to_string(Mark mark);
 
+// A block of a picture, 8 x 8 pixels, or a region, and how far one of its channels is off, as a
+// part of what is right; half of the 95 % interval.
+struct Place {
+  std::string region;   // its name; empty for a block
+  Window window;        // of a block
+  std::string channel;  // "all" for the mean of R, G and B
+  double bias = 0.0, error = 0.0;
+  std::string text;  // "block at 8,16, R: +12 ± 0.4 %"
+};
+
 struct Answer {
   std::string name;   // of the scene or of what was tried
   std::string group;  // of questions, such as "closed forms"
   std::string about;  // what is asked for, and what may be wrong if the answer is: sentences
   Mark mark = Mark::failed;
-  std::string text = {};           // the finding, such as "+0.03 ± 0.12 %", or the reason
-  double bias = 0.0, error = 0.0;  // of the whole picture, parts of it; half of the 95 % interval
-  int64_t samples_per_pixel = 0;   // of the last round
-  double seconds = 0.0;            // of all rounds
+  std::string text = {};            // the finding, such as "+0.03 ± 0.12 %", or the reason
+  double bias = 0.0, error = 0.0;   // of the whole picture, parts of it; half of the 95 % interval
+  std::optional<Place> worst = {};  // a block that is wrong most clearly, else a region
+  int64_t samples_per_pixel = 0;    // of the last round
+  double seconds = 0.0;             // of all rounds
+  // Of what is noisy: its variance over that of our picture with as many samples; 0 if not known.
+  double noise_ratio = 0.0;
   // Of what is wrong: a caption and the picture.
   std::vector<std::pair<std::string, Image>> pictures = {};
 };
@@ -59,12 +74,21 @@ struct Certificate {
   // A sentence with the version, the tolerance and what is wrong first.
   std::string summary() const;
 
+  // What would help where noise is many times ours, sentences; empty if it is nowhere.
+  std::string advice() const;
+
   // As in `plumb compare`: 0 passed, 1 something is wrong or has failed, 3 too noisy to tell.
   int exit_code() const;
 };
 
+// From this noise_ratio on it is said.
+constexpr double many_times = 20.0;
+
 // The group whose questions may stay open.
 constexpr const char* stress_group = "stress scenes";
+
+// The text, and what is wrong most clearly.
+std::string finding(const Answer& answer);
 
 nlohmann::ordered_json to_json(const Certificate& certificate);
 std::string to_junit(const Certificate& certificate);

@@ -88,7 +88,7 @@ const char* style_of(Mark mark) {
 std::string row(const Answer& answer) {
   std::string cells = fmt::format(
       "<tr><td>{}<td class=\"mark {}\">{}<td>{}<td class=number>{}<td class=number>{:.1f} s\n",
-      escape(answer.name), style_of(answer.mark), to_string(answer.mark), escape(answer.text),
+      escape(answer.name), style_of(answer.mark), to_string(answer.mark), escape(finding(answer)),
       answer.samples_per_pixel == 0 ? "" : std::to_string(answer.samples_per_pixel),
       answer.seconds);
   if (answer.mark != Mark::wrong && answer.mark != Mark::failed) return cells;
@@ -135,8 +135,10 @@ std::string to_html(const Certificate& certificate) {
   std::string page = fmt::format(head, escape(certificate.renderer));
   page += fmt::format("<p class=\"verdict {}\">{}\n", style, escape(certificate.summary()));
   page += fmt::format(
-      "<p>{}{}. A finding is how far the whole picture is off, with half of its 95 % interval. "
-      "<i>Right</i> means that\nthe picture and each of its regions are surely within {:g} %, "
+      "<p>{}{}. A finding is how far the whole picture is off, with half of its 95 % interval; "
+      "then which block of\n8 x 8 pixels, by its upper left one, or which region is off most "
+      "clearly, in which channel and how far.\n<i>Right</i> means that the picture and each of its "
+      "regions are surely within {:g} %, "
       "<i>wrong</i> that something in it surely is not:\nby noise alone this page calls a right "
       "renderer wrong once in a thousand times.\n",
       escape(certificate.version.empty() ? certificate.renderer : certificate.version),
@@ -148,6 +150,9 @@ std::string to_html(const Certificate& certificate) {
         "<code>plumb diagnose\n"
         "PICTURE SCENE</code>, of a picture that the renderer drew of a scene file, such as "
         "<code>cornell/scene.xml</code>.\n";
+  }
+  if (const std::string advice = certificate.advice(); !advice.empty()) {
+    page += fmt::format("<p>{}\n", escape(advice));
   }
   if (!certificate.is_complete) page += "<p>It was interrupted: not all questions were asked.\n";
   page += table(certificate.answers);

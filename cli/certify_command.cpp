@@ -205,7 +205,7 @@ void add_speed(const Options& options, const Question& cornell, const Answer& an
 }
 
 void print(const Answer& answer) {
-  fmt::print("{:<17} {}: {}\n", to_string(answer.mark), answer.name, answer.text);
+  fmt::print("{:<17} {}: {}\n", to_string(answer.mark), answer.name, finding(answer));
   std::fflush(stdout);
 }
 
@@ -213,13 +213,27 @@ void write(const Certificate& certificate, const fs::path& page) {
   write_file(page, to_html(certificate));
   write_file(fs::path(page).replace_extension(".json"), to_json(certificate).dump(1) + "\n");
   write_file(fs::path(page).replace_extension(".xml"), to_junit(certificate));
-  fmt::print("{}\nwrote {}, and beside it .json and .xml\n", certificate.summary(), page.string());
+  const std::string advice = certificate.advice();
+  fmt::print("{}\n{}wrote {}, and beside it .json and .xml\n", certificate.summary(),
+             advice.empty() ? "" : advice + "\n", page.string());
+}
+
+// How long all questions take at most, but for first rounds, what is right, and others' speed.
+void tell_limits(const OtherRenderer& renderer, const Terms& terms, size_t questions) {
+  const double minutes = std::ceil(double(questions) * terms.seconds / 60.0);
+  std::string longer = "first rounds may take longer";
+  if (std::isfinite(renderer.time_limit)) {
+    longer += fmt::format(", up to {:g} s a run", renderer.time_limit);
+  }
+  say(fmt::format("{} has up to {:g} s for each of {} questions (--time), {:.0f} min in all; {}",
+                  renderer.name, terms.seconds, questions, minutes, longer));
 }
 
 Certificate examine(const Options& options) {
   const Terms terms{options.tolerance / 100.0,
                     options.seconds.value_or(options.quick ? 15.0 : 30.0)};
   const std::vector<Question> questions = list_questions(options, terms);
+  tell_limits(options.renderer, terms, questions.size());
   ProgressLine line;
   std::string title;
   const Watcher watcher{[&](const std::string& text) { line.show(title + ": " + text); },
@@ -292,7 +306,8 @@ void add_certify(CLI::App& app, int& exit_code) {
   add_option(command, "--folder", "DIR", options->folder,
              "Where the scenes are (default: reference_scenes)");
   add_option(command, "--scene", "NAME,...", options->scenes,
-             "Only these questions, by name; can be repeated")
+             "Only these questions, by name; can be repeated;\n"
+             "a name that is none, such as '?', lists them")
       ->delimiter(',')
       ->check(refused_by([=](const std::string& name) { check_question(name, options->folder); }));
   command.footer(R"(Examples:

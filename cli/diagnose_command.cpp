@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -32,6 +33,18 @@ struct Options {
 // What is shown of the suspects.
 constexpr size_t rows_shown = 8;
 
+// What noise may hide; where that is everything, also what would help. Noise falls with the root of
+// the samples.
+std::string hidden(double within, double tolerance) {
+  if (within <= 1.0) return fmt::format("noise may hide {} somewhere", percent(within));
+  const double times = std::pow(within / tolerance, 2.0);
+  const double unit = std::pow(10.0, std::floor(std::log10(times)));
+  return fmt::format(
+      "the picture is too noisy to tell anything of some parts: it takes about {:.0f} times the "
+      "samples for {} everywhere",
+      std::ceil(times / unit) * unit, percent(tolerance));
+}
+
 std::string sentence(const Diagnosis& d, double tolerance) {
   if (!d.healthy.is_refuted) {
     const std::string within = percent(d.healthy.within);
@@ -39,9 +52,8 @@ std::string sentence(const Diagnosis& d, double tolerance) {
       return fmt::format("same as the reference, to {} everywhere: nothing to diagnose", within);
     }
     return fmt::format(
-        "inconclusive: no difference from the reference is seen, but noise may hide {} "
-        "somewhere: nothing to diagnose",
-        within);
+        "inconclusive: no difference from the reference is seen, but {}: nothing to diagnose",
+        hidden(d.healthy.within, tolerance));
   }
   const std::string different = "different from the reference: " + d.healthy.rest + "\n";
   if (d.suspects.empty()) return different + "none of these";
@@ -52,8 +64,8 @@ std::string sentence(const Diagnosis& d, double tolerance) {
                        name_of(best), within);
   }
   if (!best.agreement.is_refuted) {
-    return fmt::format("{}like the reference with {}, but noise may hide {} somewhere", different,
-                       name_of(best), within);
+    return fmt::format("{}like the reference with {}, but {}", different, name_of(best),
+                       hidden(best.agreement.within, tolerance));
   }
   return fmt::format("{}none of these: {} explains {} of the squared difference; the rest is {}",
                      different, name_of(best), percent(best.explained), best.agreement.rest);
@@ -63,9 +75,10 @@ std::string table_of(const Diagnosis& d) {
   std::vector<TableRow> rows;
   for (const Suspect& s : d.suspects) {
     if (rows.size() == rows_shown) break;
+    const double within = s.agreement.within;
+    const std::string left = within <= 1.0 ? "nothing, to " + percent(within) : "noise hides it";
     rows.push_back(
-        {name_of(s), percent(s.explained),
-         s.agreement.is_refuted ? s.agreement.rest : "nothing, to " + percent(s.agreement.within)});
+        {name_of(s), percent(s.explained), s.agreement.is_refuted ? s.agreement.rest : left});
   }
   return table({"suspect", "explains", "what is left"}, rows);
 }

@@ -5,10 +5,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "cli/film_image.h"
 #include "compare/comparison.h"
 #include "compare/explanation.h"
 #include "compare/maps.h"
@@ -18,6 +21,7 @@
 #include "images/relative_error.h"
 #include "images/replicates.h"
 #include "images/rgb.h"
+#include "renderer/render.h"
 #include "scene_files/region_mask.h"
 #include "scene_files/scene_reader.h"
 
@@ -64,6 +68,27 @@ std::string reason(const Comparison& comparison, double samples) {
   return line.substr(line.find(": ") + 2);
 }
 
+// The block that differs most clearly; if none surely does, the region.
+std::optional<Place> worst_place(const Comparison& comparison) {
+  for (const Unit unit : {Unit::block, Unit::region}) {
+    const auto level = std::ranges::find(comparison.levels, unit, &Level::unit);
+    if (level == comparison.levels.end() || level->worst.empty()) continue;
+    const Finding& f = level->worst.front();
+    const double scale = f.scale > 0.0 ? f.scale : 1.0;
+    Place place{.region = f.name,
+                .window = f.window,
+                .channel = f.channel,
+                .bias = f.estimate.difference / scale,
+                .error = f.estimate.confidence / scale,
+                .text = f.name};
+    if (f.name.empty()) place.text = fmt::format("block at {},{}", f.window.x, f.window.y);
+    place.text += fmt::format(", {}: {}", f.channel,
+                              percent_with_error(100.0 * place.bias, 100.0 * place.error, 2));
+    return place;
+  }
+  return {};
+}
+
 // Half of the interval, of all that is averaged; how far that is off; and what was decided.
 void note(const Comparison& comparison, double tolerance, double samples, Answer& answer) {
   const Estimate& whole = comparison.image.back().estimate;
@@ -80,8 +105,14 @@ void note(const Comparison& comparison, double tolerance, double samples, Answer
   switch (comparison.verdict) {
     case Verdict::different:
       answer.mark = Mark::wrong;
+      answer.worst = worst_place(comparison);
+      // What the worst place does not tell: a region that is clearer than it, or a single pixel.
       if (std::abs(answer.bias) - answer.error <= tolerance) {
-        answer.text += "; " + reason(comparison, samples);
+        const std::string why = reason(comparison, samples);
+        const std::string told = !answer.worst                  ? "nothing"
+                                 : answer.worst->region.empty() ? "block"
+                                                                : "region";
+        if (!why.starts_with(told)) answer.text += "; " + why;
       }
       break;
     default:
@@ -91,6 +122,22 @@ void note(const Comparison& comparison, double tolerance, double samples, Answer
                                        comparison.samples_factor)
                          : ": too close to the tolerance";
   }
+}
+
+// The variance of a program's picture over that of ours with as many samples. 0 in scenes without
+// lamps that we could sample.
+double noise_against_ours(const Question& question, const Examiner::Round& round, Picture& truth,
+                          const std::atomic<bool>& stop) {
+  constexpr int64_t most_samples = 256;  // with more the variance is taken to fall as N^-1
+  if (std::ranges::none_of(question.scene.shapes, &Shape::is_lamp)) return 0.0;
+  const int64_t samples = std::clamp<int64_t>(std::llround(round.samples), 16, most_samples);
+  Film film(question.scene.camera.width, question.scene.camera.height);
+  render(question.scene, {.bounces = question.bounces}, {.samples = {0, samples}}, film, {}, &stop);
+  if (stop) return 0.0;
+  Picture ours = to_picture("test", film);
+  match(ours, truth, {}, true);
+  const double variance = relative_variance(ours, truth) * double(samples);
+  return variance > 0.0 ? round.variance * round.samples / variance : 0.0;
 }
 
 // As large as the scale below a map, which else dwarfs it.
@@ -201,10 +248,16 @@ void Examiner::ask_in_rounds(const Question& question, Answer& answer) {
     // A round takes some time even without samples, which makes this careful.
     const double affordable = (terms_.seconds - answer.seconds) / (answer.seconds - before);
     const double factor = std::min({1.5 * comparison.samples_factor, 64.0, affordable});
-    if (!(factor >= 1.5)) return;
+    if (!(factor >= 1.5)) break;
     samples *= std::max(factor, 2.0);
   }
-  answer.text = "interrupted";
+  if (watcher_.stop) {
+    answer.text = "interrupted";
+    return;
+  }
+  answer.noise_ratio = noise_against_ours(question, rounds_.back(), truth, watcher_.stop);
+  if (answer.noise_ratio < many_times) return;
+  answer.text += fmt::format("; its variance is {:.0f} times ours", answer.noise_ratio);
 }
 
 Answer Examiner::ask(const Question& question) {

@@ -260,6 +260,12 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
   return text + " would tell";
 }
 
+// How large an error must be to be found.
+std::string visible(double part) {
+  if (std::isinf(part)) return "nothing";
+  return part > 1.0 ? "more than all" : percent(part);
+}
+
 }  // namespace
 
 Json to_json(Verdict verdict, const std::string& explanation, const ComparedFiles& files) {
@@ -285,7 +291,7 @@ std::string explain(const Comparison& comparison, const ComparedFiles& files) {
   }
   std::string levels;
   for (const Level& level : comparison.levels) {
-    levels += fmt::format("{}{} of {} {}", levels.empty() ? "" : ", ", percent(level.visible),
+    levels += fmt::format("{}{} of {} {}", levels.empty() ? "" : ", ", visible(level.visible),
                           level.unit == Unit::image ? "the" : "a typical", to_string(level.unit));
   }
   return text + "Would have been found: " + levels + ".\n";

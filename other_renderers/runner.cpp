@@ -179,6 +179,14 @@ std::optional<std::string> said_by(const OtherRenderer& renderer) {
   return first;
 }
 
+// For those whose program reads JSON and was given XML, as its last words tell.
+std::string hint_at_format(const OtherRenderer& renderer, const std::string& line) {
+  static const std::regex complaint("json|expected value|expecting value", std::regex::icase);
+  if (renderer.format || !std::regex_search(line, complaint)) return "";
+  return "; it was given Mitsuba's XML: if it reads plain numbers, its description needs scene = "
+         "\"json\"";
+}
+
 // Draws the scene seed by seed.
 struct Session {
   const OtherRenderer& renderer;
@@ -227,8 +235,10 @@ struct Session {
     const int status = start(run.command, which);
     if (watcher.stop) return;
     if (status != 0) {
-      throw std::runtime_error(fmt::format("{}: {} ({}; all that it said is in {})", run.command[0],
-                                           telling_line(log), name_of_end(status), log.string()));
+      const std::string line = telling_line(log);
+      throw std::runtime_error(fmt::format("{}: {} ({}; all that it said is in {}){}",
+                                           renderer.name, line, name_of_end(status), log.string(),
+                                           hint_at_format(renderer, line)));
     }
     const std::chrono::duration<double> process = std::chrono::steady_clock::now() - begin;
     Json report{{"program", renderer.name}, {"version", version}, {"seconds", process.count()}};
@@ -249,7 +259,7 @@ struct Session {
 
   int start(const Command& command, const std::string& which) {
     const auto show = [&](const std::string& line) {
-      watcher.show(fmt::format("{}, {}: {}", command[0], which, line));
+      watcher.show(fmt::format("{}, {}: {}", renderer.name, which, line));
     };
     try {
       return run_program(command, folder.path, log, show, watcher.stop, renderer.time_limit);

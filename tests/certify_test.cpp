@@ -129,6 +129,64 @@ TEST_F(Certify, ThePageShowsWhatIsWrongAndWhatItMayBe) {
   EXPECT_NE(junit.find("<failure"), std::string::npos);
 }
 
+TEST_F(Certify, WhatIsWrongIsPlacedInThePicture) {
+  const auto worst_of = [&](const std::string& description) {
+    const Json worst = answer(certify(description, "cornell", 1), "cornell")["worst"];
+    EXPECT_GT(std::abs(worst["bias"].get<double>()) - worst["error"].get<double>(), 0.005);
+    const std::string place = worst.contains("region")
+                                  ? worst["region"].get<std::string>()
+                                  : fmt::format("block at {},{}", worst["window"][0].get<int>(),
+                                                worst["window"][1].get<int>());
+    const std::string text =
+        fmt::format("; most clearly {}, {}: ", place, worst["channel"].get<std::string>());
+    for (const char* file : {"page.html", "page.xml"}) {
+      std::ifstream stream(folder / file);
+      const std::string page(std::istreambuf_iterator<char>(stream), {});
+      EXPECT_NE(page.find(text), std::string::npos) << file << text;
+    }
+    return worst;
+  };
+  const Json block = worst_of(describe_ours(R"(, "--fault", "five-bounces")"));
+  EXPECT_EQ(block["window"][2], 8);
+  EXPECT_EQ(block["window"][3], 8);
+  // A little light too much on all of the ceiling.
+  EXPECT_EQ(worst_of(describe_ours(R"(, "--fault", "one-sided-mis")"))["region"], "ceiling");
+}
+
+TEST_F(Certify, WhatMeetsLampsByChanceIsToldToSampleThem) {
+  // Too short and too strict for any answer.
+  const auto noisy = [&](const std::string& method) {
+    const std::string description = describe_ours(fmt::format(R"(, "--method", "{}")", method));
+    const Result result =
+        plumb(fmt::format("certify --quick --folder {} --with {} --scene cornell --time 0.1 "
+                          "--tolerance 0.001 -o page.html",
+                          PLUMB_SCENES, description));
+    EXPECT_EQ(result.exit_code, 3) << result.output;
+    std::ifstream stream(folder / "page.json");
+    return Json::parse(stream);
+  };
+  const Json naive = noisy("bsdf");
+  const auto text = answer(naive, "cornell")["text"].get<std::string>();
+  EXPECT_NE(text.find(" times ours"), std::string::npos) << text;
+  EXPECT_NE(naive["advice"].get<std::string>().find("next event estimation"), std::string::npos);
+  EXPECT_EQ(noisy("mis")["advice"], "");
+}
+
+TEST_F(Certify, TheLongestTimeAndAllQuestionsAreTold) {
+  const std::string command =
+      fmt::format("certify --folder {} --with {} ", PLUMB_SCENES, describe_script("exit 1"));
+  const Result limits = plumb(command + "--scene 01_lamp,02_matte_floor --time 90");
+  EXPECT_NE(limits.output.find("script has up to 90 s for each of 2 questions (--time), 3 min in "
+                               "all; first rounds may take longer, up to 600 s a run"),
+            std::string::npos)
+      << limits.output;
+  const Result names = plumb(command + "--scene '?'");
+  EXPECT_EQ(names.exit_code, 2);
+  for (const char* name : {"00_corners", "cornell/4:", "veach", "tiny_lamp"}) {
+    EXPECT_NE(names.output.find(name), std::string::npos) << names.output;
+  }
+}
+
 TEST_F(Certify, ASceneIsHeldAgainstItsStoredPicture) {
   const Json right = certify(describe_ours(), "cornell,cornell/0:1", 0, "--tolerance 4");
   EXPECT_EQ(answer(right, "cornell")["mark"], "right");
@@ -166,6 +224,24 @@ TEST_F(Certify, AMisbehavingProgramHasFailed) {
   std::string pfm = R"(printf 'PF\n16 16\n-1.0\n' > $2; )";
   pfm += R"(for i in $(seq 768); do printf '\000\000\300\177'; done >> $2)";
   expect(failure(pfm, "output = \"pfm\""), "768 values that are infinite or no numbers");
+}
+
+TEST_F(Certify, AProgramThatTakesXmlForJsonIsToldOfTheFormat) {
+  write("draw.py", "import json, sys\njson.load(open(sys.argv[1]))\nraise ValueError('no more')");
+  const auto failure = [&](const std::string& keys) {
+    const std::string description = write("draw.toml", R"(
+name = "My tracer"
+command = ["python3", "{here}/draw.py", "{scene}", "{output}", "{spp}"]
+)" + keys);
+    const Json certificate = certify(description, "01_lamp", 1);
+    return answer(certificate, "runs")["text"].get<std::string>();
+  };
+  const std::string hint = "its description needs scene = \"json\"";
+  const std::string xml = failure(""), json = failure("scene = \"json\"");
+  EXPECT_NE(xml.find(hint), std::string::npos) << xml;
+  EXPECT_TRUE(xml.starts_with("My tracer: json.decoder.JSONDecodeError")) << xml;
+  EXPECT_EQ(json.find(hint), std::string::npos) << json;
+  EXPECT_TRUE(json.starts_with("My tracer: ValueError: no more")) << json;
 }
 
 TEST_F(Certify, NeighboursThatShareRandomNumbersAreFound) {

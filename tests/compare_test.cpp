@@ -12,6 +12,7 @@
 
 #include "compare/comparison.h"
 #include "compare/markdown.h"
+#include "compare/report.h"
 
 namespace plumb {
 namespace {
@@ -240,6 +241,20 @@ TEST(Verdict, BiasThatItClaimsToSeeIsSeen) {
     seen += level(comparison, Unit::image).different > 0;
   }
   EXPECT_GE(seen, 34);  // of 40, with 95 % each: fewer in 1 % of all cases
+}
+
+TEST(Verdict, TellsNoPercentageAboveAll) {
+  Comparison comparison = judge(render(1, 16), render(2, 16), tolerating(0.01));
+  for (Level& l : comparison.levels) {
+    l.visible = l.unit == Unit::image   ? 0.12
+                : l.unit == Unit::block ? 5.78
+                                        : std::numeric_limits<double>::infinity();
+  }
+  const std::string text = explain(comparison, {});
+  EXPECT_NE(text.find("found: 12 % of the image, more than all of a typical block, nothing of a "
+                      "typical pixel."),
+            std::string::npos)
+      << text;
 }
 
 // Shared samples

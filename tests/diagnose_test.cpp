@@ -397,6 +397,9 @@ TEST_F(Diagnose, TakesNoisyPicturesForUnfiltered) {
     const Result result = diagnose("test.exr " + cornell);
     EXPECT_EQ(result.exit_code, 3) << how << result.output;
     EXPECT_FALSE(contains(result.output, "share noise")) << how << result.output;
+    EXPECT_TRUE(
+        contains(result.output, "too noisy to tell anything of some parts: it takes about "))
+        << how << result.output;
   }
 }
 

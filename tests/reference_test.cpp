@@ -359,19 +359,19 @@ TEST(Reference, AFailureShowsTheLineThatNamesTheError) {
       "echo 'Render failed'; echo; echo '  Fatal Stream to console.........On';"
       " echo ------- errors -------; exit 1");
   const std::string complaint = complaint_of("povray");
-  EXPECT_NE(complaint.find("povray: Parse Error: no camera (exit status 1;"), std::string::npos)
+  EXPECT_NE(complaint.find("POV-Ray: Parse Error: no camera (exit status 1;"), std::string::npos)
       << complaint;
 }
 
 TEST(Reference, ADeathBySignalShowsItsNameAndTheLastWords) {
   const FakeProgram blender("blender", "echo 'Sample 3 of 64'; echo =====; kill -SEGV $$");
   const std::string complaint = complaint_of("cycles");
-  EXPECT_NE(complaint.find("blender: Sample 3 of 64 (SIGSEGV: Segmentation fault;"),
+  EXPECT_NE(complaint.find("Cycles: Sample 3 of 64 (SIGSEGV: Segmentation fault;"),
             std::string::npos)
       << complaint;
   const FakeProgram silent("blender", "kill -KILL $$");
   const std::string second = complaint_of("cycles");
-  EXPECT_NE(second.find("blender: said nothing (SIGKILL: Killed;"), std::string::npos) << second;
+  EXPECT_NE(second.find("Cycles: said nothing (SIGKILL: Killed;"), std::string::npos) << second;
 }
 
 // A matte ball in a room of mirrors, which POV-Ray died of.
