@@ -207,20 +207,30 @@ double Yardstick::towards(const Picture& test, const Picture& reference,
   for_each_average(model, reference, block_side,
                    [&](double, const PixelPair& pair) { changes.push_back(pair.difference()); });
   const double usual = ratios.empty() ? 0.0 : median(std::move(ratios));
-  double sum = 0.0, most = 0.0, variance = 0.0;
+  const auto noise = [&](size_t i) {
+    return std::max(seen[i].test_variance, usual * seen[i].reference_variance) +
+           seen[i].reference_variance + squares_[i];
+  };
+  double product = 0.0, size = 0.0;
+  for (size_t i = 0; i < seen.size(); ++i) {
+    product += changes[i] * seen[i].difference() / noise(i);
+    size += changes[i] * changes[i] / noise(i);
+  }
+  if (size == 0.0) return 0.0;
+  double sum = 0.0, most = 0.0, told = 0.0, scattered = 0.0;
   for (size_t block = 0; block < seen.size(); block += channels_) {
-    double along = 0.0, error = 0.0;
+    double along = 0.0, error = 0.0, left = 0.0;
     for (size_t i = block; i < block + channels_; ++i) {
-      const double noise = std::max(seen[i].test_variance, usual * seen[i].reference_variance) +
-                           seen[i].reference_variance + squares_[i];
-      along += (changes[i] * seen[i].difference() - seen[i].reference_variance) / noise;
-      error += std::abs(changes[i]) / std::sqrt(noise);
+      along += (changes[i] * seen[i].difference() - seen[i].reference_variance) / noise(i);
+      error += std::abs(changes[i]) / std::sqrt(noise(i));
+      left += changes[i] * (seen[i].difference() - product / size * changes[i]) / noise(i);
     }
     sum += along;
     most = std::max(most, along);
-    variance += error * error;
+    told += error * error;
+    scattered += left * left;
   }
-  return variance > 0.0 ? (sum - most) / std::sqrt(variance) : 0.0;
+  return (sum - most) / std::sqrt(std::max(told, scattered));
 }
 
 Agreement agreement(const Picture& test, const Picture& model, const Regions& regions,

@@ -46,9 +46,11 @@ class Yardstick {
   // blocks and channels of their two differences from the reference, each in units of its noise,
   // which is the matched filter of a change whose size is not known. The noise of a block is at
   // least that of the reference times the usual ratio, so that a test that missed a rare path is
-  // not certain; channels may err alike; and the block that tells most does not count. What the
-  // reference's own noise adds is subtracted at its most. Of a test that is the reference but for
-  // noise it is about normal, with a deviation of at most 1. All are matched and tell their noise.
+  // not certain; channels may err alike; blocks are as noisy as they scatter, if that is more than
+  // they tell, since their pixels may share noise; and the block that tells most does not count.
+  // What the reference's own noise adds is subtracted at its most. Of a test that is the reference
+  // but for noise it is about normal, with a deviation of at most 1. All are matched and tell their
+  // noise.
   double towards(const Picture& test, const Picture& reference, const Picture& model) const;
 
   static constexpr double tolerated = 1e-3;
