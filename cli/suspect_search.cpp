@@ -300,8 +300,12 @@ void SuspectSearch::agree(Suspect& suspect, double part) const {
     return agreement(test_, model, regions_, chance, by_neighbours_, cell);
   };
   suspect.agreement = by_squares(shares_noise ? side : 1);
-  if (shares_noise && side > block_side) {  // no wide square fits into a small region
-    suspect.agreement.within = std::max(suspect.agreement.within, by_squares(block_side).within);
+  if (shares_noise && side > block_side) {
+    // Narrow squares err alike, which margins of regions don't know; wide ones hold what errs
+    // alike, which their own margins don't know, and none fits into a small region.
+    const Agreement narrow = by_squares(block_side);
+    suspect.agreement.is_refuted = suspect.agreement.is_refuted && narrow.is_refuted;
+    suspect.agreement.within = std::max(suspect.agreement.within, narrow.within);
   }
 }
 
