@@ -209,7 +209,8 @@ Picture Examiner::look(const Question& question, int samples, int seeds, Answer&
   return to_picture("test", std::move(reference.image), reference.seeds);
 }
 
-std::vector<std::string> Examiner::match_with_truth(Picture& test, Picture& truth, int seeds) {
+std::vector<std::string> Examiner::match_with_truth(Picture& test, Picture& truth,
+                                                    int seeds) const {
   const auto channels = match(test, truth, {}, true);
   const bool is_known = has_noise(test.image) || (are_seeds_heeded_ && seeds > 1);
   if (renderer_.has_samples && !is_known) tell_noise_by_neighbours(test, truth);

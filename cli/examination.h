@@ -60,7 +60,7 @@ class Examiner {
  private:
   Reference draw(const Question& question, int samples, int seeds, int first_seed, int threads = 0);
   Picture look(const Question& question, int samples, int seeds, Answer& answer);
-  std::vector<std::string> match_with_truth(Picture& test, Picture& truth, int seeds);
+  std::vector<std::string> match_with_truth(Picture& test, Picture& truth, int seeds) const;
   void ask_in_rounds(const Question& question, Answer& answer);
 
   const OtherRenderer& renderer_;
