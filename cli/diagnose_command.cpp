@@ -30,6 +30,9 @@ struct Options {
   double tolerance = 0.01;
 };
 
+// What explains less is not claimed: that it is not refuted may be the noise.
+constexpr double worth_a_claim = 0.5;
+
 // What is shown of the suspects.
 constexpr size_t rows_shown = 8;
 
@@ -59,6 +62,11 @@ std::string sentence(const Diagnosis& d, double tolerance) {
   if (d.suspects.empty()) return different + "none of these";
   const Suspect& best = d.suspects.front();
   const std::string within = percent(best.agreement.within);
+  if (!best.agreement.is_refuted && best.explained < worth_a_claim) {
+    return fmt::format(
+        "{}too noisy to tell what: {} comes first, but explains {} of the squared difference",
+        different, name_of(best), percent(best.explained));
+  }
   if (!best.agreement.is_refuted && best.agreement.within <= tolerance) {
     return fmt::format("{}same as the reference with {}, to {} everywhere", different,
                        name_of(best), within);

@@ -11,6 +11,7 @@
 #include <set>
 #include <sstream>
 
+#include "cli/diagnosis.h"
 #include "cli/suspects.h"
 #include "compare/explanation.h"
 #include "faults/faults.h"
@@ -385,6 +386,17 @@ TEST(Suspects, AreJudgedBySquaresAsWideAsTheirNoiseIsShared) {
   EXPECT_EQ(side_without_shared_noise({{{Fault::gaussian_filter}}}), 8);
   EXPECT_EQ(side_without_shared_noise({{{Fault::smeared_indirect}}}), 32);
   EXPECT_EQ(side_without_shared_noise({{{Fault::five_bounces}, {Fault::smeared, 2.5}}}), 16);
+}
+
+// That noise hides what is left is no reason to claim what explains next to nothing.
+TEST(Suspects, AreNotClaimedIfTheyExplainLittle) {
+  cli::Diagnosis diagnosis{.reference = Film(8, 8)};
+  diagnosis.healthy.is_refuted = true;
+  diagnosis.suspects.push_back({.plantings = {{Fault::two_sided_walls}}, .explained = 0.1});
+  EXPECT_TRUE(contains(to_text(diagnosis, 0.01),
+                       "too noisy to tell what: `two-sided-walls` comes first, but explains 10 %"));
+  diagnosis.suspects.front().explained = 0.6;
+  EXPECT_TRUE(contains(to_text(diagnosis, 0.01), "same as the reference with `two-sided-walls`"));
 }
 
 // The command
