@@ -89,8 +89,26 @@ std::optional<Place> worst_place(const Comparison& comparison) {
   return {};
 }
 
+// The pixels that alone tell pictures apart, where noise leaves averages open. They deceive if no
+// path of the few that they have met some rare light.
+std::vector<Finding> lone_pixels(const Comparison& comparison) {
+  const std::vector<Level>& levels = comparison.levels;
+  const auto averages = std::ranges::count(levels, true, &Level::differs) - levels.back().differs;
+  const bool is_alone = comparison.verdict == Verdict::different && averages == 0;
+  if (!is_alone || comparison.is_same_but_for_pixels) return {};
+  return levels.back().worst;
+}
+
+bool share_a_pixel(const std::vector<Finding>& some, const std::vector<Finding>& others) {
+  return std::ranges::any_of(some, [&](const Finding& f) {
+    return std::ranges::find(others, f.window, &Finding::window) != others.end();
+  });
+}
+
 // Half of the interval, of all that is averaged; how far that is off; and what was decided.
-void note(const Comparison& comparison, double tolerance, double samples, Answer& answer) {
+// An unconfirmed difference decides nothing.
+void note(const Comparison& comparison, double tolerance, double samples, bool is_unconfirmed,
+          Answer& answer) {
   const Estimate& whole = comparison.image.back().estimate;
   const double mean = std::abs(whole.reference) > 0.0 ? std::abs(whole.reference) : 1.0;
   answer.bias = whole.difference / mean;
@@ -102,7 +120,7 @@ void note(const Comparison& comparison, double tolerance, double samples, Answer
     if (pixels > 0) answer.text += fmt::format(", but for {} single pixels", pixels);
     return;
   }
-  switch (comparison.verdict) {
+  switch (is_unconfirmed ? Verdict::inconclusive : comparison.verdict) {
     case Verdict::different:
       answer.mark = Mark::wrong;
       answer.worst = worst_place(comparison);
@@ -118,9 +136,13 @@ void note(const Comparison& comparison, double tolerance, double samples, Answer
     default:
       answer.mark = Mark::noisy;
       answer.text += std::isfinite(comparison.samples_factor)
-                         ? fmt::format("; about {:.2g} times the samples would tell",
-                                       comparison.samples_factor)
+                         ? fmt::format("; about {} times the samples would tell",
+                                       rounded(comparison.samples_factor, 2))
                          : ": too close to the tolerance";
+      if (is_unconfirmed) {
+        answer.text += fmt::format("; {}, which no second picture confirmed in the time",
+                                   reason(comparison, samples));
+      }
   }
 }
 
@@ -228,6 +250,7 @@ void Examiner::ask_in_rounds(const Question& question, Answer& answer) {
   double samples =
       std::max(16.0 * least_seeds, std::min(double(1 << 18) / pixels, affordable_at_once));
   const double most = std::max(1.0, most_of_a_run / pixels);
+  std::vector<Finding> suspected;  // pixels
   for (int round = 0; !watcher_.stop; ++round) {
     const int seeds = std::max(least_seeds, int(std::ceil(samples / most)));
     const double before = answer.seconds;
@@ -243,12 +266,17 @@ void Examiner::ask_in_rounds(const Question& question, Answer& answer) {
     judgement.floor = Amount{0.0, true};  // what tells no noise has none
     const Comparison comparison = compare(
         test, truth, channels, {0, 0, test.image.width, test.image.height}, regions, judgement);
-    note(comparison, terms_.tolerance, samples, answer);
+    const std::vector<Finding> alone = lone_pixels(comparison);
+    const bool is_unconfirmed =
+        renderer_.has_samples && !alone.empty() && !share_a_pixel(alone, suspected);
+    note(comparison, terms_.tolerance, samples, is_unconfirmed, answer);
+    suspected = alone;
     if (answer.mark == Mark::wrong) add_pictures(test, truth, answer);
     if (answer.mark != Mark::noisy || !renderer_.has_samples) return;
     // A round takes some time even without samples, which makes this careful.
     const double affordable = (terms_.seconds - answer.seconds) / (answer.seconds - before);
-    const double factor = std::min({1.5 * comparison.samples_factor, 64.0, affordable});
+    const double needed = is_unconfirmed ? 2.0 : 1.5 * comparison.samples_factor;
+    const double factor = std::min({needed, 64.0, affordable});
     if (!(factor >= 1.5)) break;
     samples *= std::max(factor, 2.0);
   }
@@ -357,8 +385,8 @@ std::vector<Answer> Examiner::try_protocol(const fs::path& scene_file) {
                               "pixels' scatter says.\nIf not, neighbours share random numbers.");
       is_scatter_honest_ = ratio < too_much;
       decide(noise, is_scatter_honest_,
-             fmt::format("the mean varies {:.2g} times as much as its pixels say", ratio),
-             fmt::format("the mean's variance is {:.2g} times that", ratio));
+             fmt::format("the mean varies {} times as much as its pixels say", rounded(ratio, 2)),
+             fmt::format("the mean's variance is {} times that", rounded(ratio, 2)));
       answers.push_back(noise);
     }
   } catch (const std::exception& error) {

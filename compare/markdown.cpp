@@ -8,14 +8,11 @@
 #include <cmath>
 
 namespace plumb {
-namespace {
 
 std::string rounded(double value, int digits) {
   const bool has_more = std::abs(value) >= std::pow(10.0, digits) - 0.5;
   return has_more ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, digits);
 }
-
-}  // namespace
 
 std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
   if (rows.empty()) return "";

@@ -253,7 +253,7 @@ std::string reason(const Comparison& comparison, double samples_per_pixel) {
                    100.0 * tolerance / std::abs(whole.reference))[0]);
   }
   std::string text = "noise hides whether the means differ by less than " + tolerated;
-  text += fmt::format("; {:.2g} times the samples", std::max(factor, 1.1));  // not 1 times
+  text += fmt::format("; {} times the samples", rounded(std::max(factor, 1.1), 2));  // not 1 times
   if (samples_per_pixel > 0.0) {
     text += fmt::format(" ({:.0f} spp)", std::ceil(factor * samples_per_pixel));
   }
