@@ -14,16 +14,25 @@ std::string rounded(double value, int digits) {
   return has_more ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, digits);
 }
 
+namespace {
+
+// Of UTF-8.
+size_t letters(const std::string& text) {
+  return std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; });
+}
+
+}  // namespace
+
 std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
   if (rows.empty()) return "";
   const auto line = [&](const TableRow& cells, char fill) {
     std::string text = "|";
     for (size_t c = 0; c < head.size(); ++c) {
-      size_t width = 0;
-      for (const TableRow& row : rows) width = std::max({width, head[c].size(), row[c].size()});
+      size_t width = letters(head[c]);
+      for (const TableRow& row : rows) width = std::max(width, letters(row[c]));
       text += fill;
       text += cells[c];
-      text.append(width - cells[c].size() + 1, fill);
+      text.append(width - letters(cells[c]) + 1, fill);
       text += '|';
     }
     return text + "\n";

@@ -622,6 +622,15 @@ TEST(Numbers, HaveNoExponentsWhereTheyAreLarge) {
   EXPECT_EQ(percent_with_error(0.1234, 3.21, 3), "+0.123 ± 3.2 %");
 }
 
+TEST(Tables, AreAlignedWhateverTheirLettersTakeInBytes) {
+  EXPECT_EQ(table({"what", "how far"}, {{"12 µm", "±"}, {"x", "1"}}), R"(
+| what  | how far |
+|-------|---------|
+| 12 µm | ±       |
+| x     | 1       |
+)");
+}
+
 TEST(Poison, OneBadValueAnywhereIsRefusedWithItsPlace) {
   const Picture clean = render(1, 4, [](int, int) { return 9.0; });
   for (const float bad :
