@@ -31,6 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double false_alarm = 1e-3;       // the chance that noise makes any answer wrong
+constexpr double few_pixels = 1e-3;        // of all: in so many, all of few samples may miss light
 constexpr int scene_seeds = 4;             // of a picture whose variance they tell
 constexpr int noise_seeds = 8;             // that tell whether noise is honest
 constexpr double most_of_a_run = 1 << 22;  // samples: some programs hold them in memory at once
@@ -89,26 +90,8 @@ std::optional<Place> worst_place(const Comparison& comparison) {
   return {};
 }
 
-// The pixels that alone tell pictures apart, where noise leaves averages open. They deceive if no
-// path of the few that they have met some rare light.
-std::vector<Finding> lone_pixels(const Comparison& comparison) {
-  const std::vector<Level>& levels = comparison.levels;
-  const auto averages = std::ranges::count(levels, true, &Level::differs) - levels.back().differs;
-  const bool is_alone = comparison.verdict == Verdict::different && averages == 0;
-  if (!is_alone || comparison.is_same_but_for_pixels) return {};
-  return levels.back().worst;
-}
-
-bool share_a_pixel(const std::vector<Finding>& some, const std::vector<Finding>& others) {
-  return std::ranges::any_of(some, [&](const Finding& f) {
-    return std::ranges::find(others, f.window, &Finding::window) != others.end();
-  });
-}
-
 // Half of the interval, of all that is averaged; how far that is off; and what was decided.
-// An unconfirmed difference decides nothing.
-void note(const Comparison& comparison, double tolerance, double samples, bool is_unconfirmed,
-          Answer& answer) {
+void note(const Comparison& comparison, double tolerance, double samples, Answer& answer) {
   const Estimate& whole = comparison.image.back().estimate;
   const double mean = std::abs(whole.reference) > 0.0 ? std::abs(whole.reference) : 1.0;
   answer.bias = whole.difference / mean;
@@ -117,10 +100,11 @@ void note(const Comparison& comparison, double tolerance, double samples, bool i
   if (comparison.verdict == Verdict::same || comparison.is_same_but_for_pixels) {
     answer.mark = Mark::right;
     const int64_t pixels = comparison.levels.back().different;
-    if (pixels > 0) answer.text += fmt::format(", but for {} single pixels", pixels);
+    if (pixels > 0)
+      answer.text += fmt::format(", but for {} single pixel{}", pixels, pixels == 1 ? "" : "s");
     return;
   }
-  switch (is_unconfirmed ? Verdict::inconclusive : comparison.verdict) {
+  switch (comparison.verdict) {
     case Verdict::different:
       answer.mark = Mark::wrong;
       answer.worst = worst_place(comparison);
@@ -139,10 +123,6 @@ void note(const Comparison& comparison, double tolerance, double samples, bool i
                          ? fmt::format("; about {} times the samples would tell",
                                        rounded(comparison.samples_factor, 2))
                          : ": too close to the tolerance";
-      if (is_unconfirmed) {
-        answer.text += fmt::format("; {}, which no second picture confirmed in the time",
-                                   reason(comparison, samples));
-      }
   }
 }
 
@@ -250,7 +230,6 @@ void Examiner::ask_in_rounds(const Question& question, Answer& answer) {
   double samples =
       std::max(16.0 * least_seeds, std::min(double(1 << 18) / pixels, affordable_at_once));
   const double most = std::max(1.0, most_of_a_run / pixels);
-  std::vector<Finding> suspected;  // pixels
   for (int round = 0; !watcher_.stop; ++round) {
     const int seeds = std::max(least_seeds, int(std::ceil(samples / most)));
     const double before = answer.seconds;
@@ -262,21 +241,16 @@ void Examiner::ask_in_rounds(const Question& question, Answer& answer) {
     judgement.tolerance.value = terms_.tolerance;
     judgement.false_alarm = false_alarm_ / std::exp2(round + 1);
     const bool is_estimate = !test.file_variances.empty();  // what a single pixel's noise is
-    if (is_estimate) judgement.max_outliers = {1.0, true};
+    judgement.max_outliers = {is_estimate ? 1.0 : few_pixels, true};
     judgement.floor = Amount{0.0, true};  // what tells no noise has none
     const Comparison comparison = compare(
         test, truth, channels, {0, 0, test.image.width, test.image.height}, regions, judgement);
-    const std::vector<Finding> alone = lone_pixels(comparison);
-    const bool is_unconfirmed =
-        renderer_.has_samples && !alone.empty() && !share_a_pixel(alone, suspected);
-    note(comparison, terms_.tolerance, samples, is_unconfirmed, answer);
-    suspected = alone;
+    note(comparison, terms_.tolerance, samples, answer);
     if (answer.mark == Mark::wrong) add_pictures(test, truth, answer);
     if (answer.mark != Mark::noisy || !renderer_.has_samples) return;
     // A round takes some time even without samples, which makes this careful.
     const double affordable = (terms_.seconds - answer.seconds) / (answer.seconds - before);
-    const double needed = is_unconfirmed ? 2.0 : 1.5 * comparison.samples_factor;
-    const double factor = std::min({needed, 64.0, affordable});
+    const double factor = std::min({1.5 * comparison.samples_factor, 64.0, affordable});
     if (!(factor >= 1.5)) break;
     samples *= std::max(factor, 2.0);
   }

@@ -118,36 +118,27 @@ TEST_F(Certify, APictureIsFoundThatIsUpsideDownMirroredOrShifted) {
   certify(describe_ours(R"(, "--fault", "half-pixel")"), "00_corners", 1);
 }
 
-TEST_F(Certify, WhereNoiseLeavesTheRestOpenASinglePixelHasToBeWrongTwice) {
-  // A black chip right before the camera hides one pixel of the lamp.
+TEST_F(Certify, SinglePixelsOfThousandsAreToldButDecideNothing) {
+  // A black chip right before the camera hides a pixel of the lamp.
   write("draw.py", R"py(
 import pathlib, re, subprocess, sys
-plumb, file, output, samples, seed, last_seed = sys.argv[1:]
+plumb, file, output, samples, seed = sys.argv[1:]
 scene = pathlib.Path(file)
 text = re.sub(r'value="(\w+\.obj)"', rf'value="{scene.parent}/\1"', scene.read_text())
-chip = """<shape type="rectangle">
+pathlib.Path("scene.xml").write_text(text.replace("</scene>", """<shape type="rectangle">
   <transform name="to_world">
     <scale value="0.0013"/><rotate y="1" angle="180"/><translate x="278.0014" y="273.2553" z="-799"/>
   </transform>
   <ref id="black"/>
-</shape></scene>"""
-if int(seed) <= int(last_seed):
-    text = text.replace("</scene>", chip)
-pathlib.Path("scene.xml").write_text(text)
+</shape></scene>"""))
 subprocess.run([plumb, "render", "scene.xml", "--spp", samples, "--seed", seed, "-o", output], check=True)
 )py");
-  const auto box = [&](int last_seed, int status) {
-    const std::string description = write("draw.toml", fmt::format(R"(
-command = ["python3", "{{here}}/draw.py", "{}", "{{scene}}", "{{output}}", "{{spp}}", "{{seed}}",
-           "{}"])",
-                                                                   PLUMB_EXECUTABLE, last_seed));
-    return answer(certify(description, "cornell", status, "--tolerance 2"), "cornell");
-  };
-  constexpr int protocol = 8, a_round = 4;  // seeds
-  const Json twice = box(protocol + 2 * a_round, 1);
-  EXPECT_EQ(twice["mark"], "wrong");
-  EXPECT_NE(twice["text"].get<std::string>().find("pixel 1x1 at 127,36"), std::string::npos) << twice;
-  EXPECT_EQ(box(protocol + a_round, 0)["mark"], "right");
+  const std::string description = write("draw.toml", fmt::format(R"(
+command = ["python3", "{{here}}/draw.py", "{}", "{{scene}}", "{{output}}", "{{spp}}", "{{seed}}"])",
+                                                                 PLUMB_EXECUTABLE));
+  const Json box = answer(certify(description, "cornell", 0, "--tolerance 4"), "cornell");
+  EXPECT_EQ(box["mark"], "right");
+  EXPECT_NE(box["text"].get<std::string>().find(", but for "), std::string::npos) << box;
 }
 
 TEST_F(Certify, ThePageShowsWhatIsWrongAndWhatItMayBe) {
