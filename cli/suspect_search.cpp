@@ -23,9 +23,6 @@ namespace {
 constexpr int64_t first_part = 64, second_part = 16, last_part = 4;
 constexpr size_t kept_first = 6, kept_second = 3, kept_numbers = 3;
 
-// Suspects whose squares are above the best one's by so many of their standard deviations are out.
-constexpr double out = 5.0;
-
 // The part of a false alarm's chance with which few samples may refute what more would not.
 constexpr double early_part = 0.01;
 
@@ -232,6 +229,7 @@ std::vector<Suspect> SuspectSearch::best(std::vector<Suspect> suspects, size_t c
 void SuspectSearch::rank(std::vector<Suspect>& suspects) const {
   const auto by = score_.what_counts();
   const auto error = by == &Suspect::pixels ? &Suspect::pixels_error : &Suspect::blocks_error;
+  refute_what_is_worse(suspects, by, error);
   std::ranges::stable_sort(
       suspects, {}, [by](const Suspect& s) { return std::pair(s.agreement.is_refuted, s.*by); });
   std::vector<Suspect> those;

@@ -28,8 +28,9 @@ class SuspectSearch {
   // The suspect with each of the whole table that goes with it and changes anything.
   std::vector<Suspect> pairs_with(Suspect first) const;
 
-  // What agrees first, then by what is left. Of suspects that differ in their numbers alone the
-  // best one stays, and of those that add to one that agrees only what is better by far.
+  // What agrees first, then by what is left, after refute_what_is_worse(). Of suspects that differ
+  // in their numbers alone the best one stays, and of those that add to one that agrees only what
+  // is better by far.
   void rank(std::vector<Suspect>& suspects) const;
 
   // Renders it with so many samples and says whether it agrees.

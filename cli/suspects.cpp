@@ -72,6 +72,20 @@ bool adds_to(const Suspect& a, const Suspect& b) {
          std::ranges::includes(a.plantings, b.plantings, {}, &Planting::fault, &Planting::fault);
 }
 
+void refute_what_is_worse(std::vector<Suspect>& suspects, double Suspect::* squares,
+                          double Suspect::* deviation) {
+  for (Suspect& suspect : suspects) {
+    const auto is_better = [&](const Suspect& other) {
+      return other.agreement.is_refuted &&
+             other.*squares + out * other.*deviation < suspect.*squares - out * suspect.*deviation;
+    };
+    const auto better = std::ranges::find_if(suspects, is_better);
+    if (suspect.agreement.is_refuted || better == suspects.end()) continue;
+    suspect.agreement.is_refuted = true;
+    suspect.agreement.rest = "more than with " + name_of(*better);
+  }
+}
+
 bool have_same_faults(const Suspect& a, const Suspect& b) {
   return std::ranges::equal(a.plantings, b.plantings, {}, &Planting::fault, &Planting::fault);
 }

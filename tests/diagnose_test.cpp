@@ -399,6 +399,23 @@ TEST(Suspects, AreNotClaimedIfTheyExplainLittle) {
   EXPECT_TRUE(contains(to_text(diagnosis, 0.01), "same as the reference with `two-sided-walls`"));
 }
 
+// Margins are wide where neighbours seem to share noise, which a wrong model's rest makes them do.
+TEST(Suspects, AreRefutedByWhatIsBetterAndIsRefutedItself) {
+  const auto judged = [](Fault fault, double pixels, bool is_refuted) {
+    return cli::Suspect{.plantings = {{fault}},
+                        .pixels = pixels,
+                        .pixels_error = 2.0,
+                        .agreement = {.is_refuted = is_refuted, .rest = ""}};
+  };
+  std::vector<cli::Suspect> suspects{judged(Fault::gaussian_filter, 100.0, true),
+                                     judged(Fault::smeared, 119.0, false),
+                                     judged(Fault::blurred, 121.0, false)};
+  refute_what_is_worse(suspects, &cli::Suspect::pixels, &cli::Suspect::pixels_error);
+  EXPECT_FALSE(suspects[1].agreement.is_refuted);
+  EXPECT_TRUE(suspects[2].agreement.is_refuted);
+  EXPECT_EQ(suspects[2].agreement.rest, "more than with `gaussian-filter`");
+}
+
 // The command
 
 class Diagnose : public PlumbCommand {
