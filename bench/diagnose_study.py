@@ -62,10 +62,9 @@ class Study:
             raise SystemExit(f"{words}: {result.stderr}")
         return result.stdout
 
-    def diagnose(self, name, scene, make):
+    def diagnose(self, name, scene, make, picture=FOLDER / "picture.exr"):
         """What is said of a picture, which `make` draws into a file."""
         if name not in self.said:
-            picture = FOLDER / "picture.exr"
             make(picture)
             self.said[name] = self.run("diagnose", picture, scene)
             self.log.write_text(json.dumps(self.said, indent=1), "utf-8")
@@ -104,6 +103,12 @@ def same_as(said):
 def first(said):
     """What comes first in the ranked table."""
     found = re.search(r"\| suspect .*\n\|-.*\n\| (.*?) +\|", said)
+    return found.group(1) if found else None
+
+
+def share(said):
+    """What the first of the ranked table explains."""
+    found = re.search(r"\| suspect .*\n\|-.*\n\| .*? +\| (.*?) +\|", said)
     return found.group(1) if found else None
 
 

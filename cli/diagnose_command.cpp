@@ -30,8 +30,9 @@ struct Options {
   double tolerance = 0.01;
 };
 
-// What explains less is not claimed: that it is not refuted may be the noise.
-constexpr double worth_a_claim = 0.5;
+// What explains less is not claimed: that it is not refuted may be the noise, all the more so where
+// noise may hide all of some part.
+constexpr double worth_a_claim = 0.5, worth_a_claim_in_noise = 0.9;
 
 // What is shown of the suspects.
 constexpr size_t rows_shown = 8;
@@ -62,7 +63,8 @@ std::string sentence(const Diagnosis& d, double tolerance) {
   if (d.suspects.empty()) return different + "none of these";
   const Suspect& best = d.suspects.front();
   const std::string within = percent(best.agreement.within);
-  if (!best.agreement.is_refuted && best.explained < worth_a_claim) {
+  const double enough = best.agreement.within <= 1.0 ? worth_a_claim : worth_a_claim_in_noise;
+  if (!best.agreement.is_refuted && best.explained < enough) {
     return fmt::format(
         "{}too noisy to tell what: {} comes first, but explains {} of the squared difference",
         different, name_of(best), percent(best.explained));

@@ -345,7 +345,8 @@ Json to_json(const Comparison& comparison, const ComparedFiles& files) {
 }
 
 std::string relative_difference(const Estimate& e) {
-  const double unit = e.reference > 0.0 ? e.reference / 100.0 : 1.0;
+  if (e.reference == 0.0) return fmt::format("{:.3g} ± {:.2g}, not 0", e.test, e.confidence);
+  const double unit = std::abs(e.reference) / 100.0;
   return percent_with_error(e.difference / unit, e.confidence / unit, 3);
 }
 

@@ -32,7 +32,8 @@ nlohmann::ordered_json to_json(Verdict verdict, const std::string& explanation,
 std::string explain(const Comparison& comparison, const ComparedFiles& files);
 
 // The clearest difference: of a region, else of the image, a block or a pixel; nothing if there is
-// none. And a difference as a part of the reference, with its 95 % interval.
+// none. And a difference as a part of the reference, with its 95 % interval; if the reference is 0,
+// the test with that.
 std::string clearest_difference(const Comparison& comparison);
 std::string relative_difference(const Estimate& estimate);
 

@@ -622,6 +622,14 @@ TEST(Numbers, HaveNoExponentsWhereTheyAreLarge) {
   EXPECT_EQ(percent_with_error(0.1234, 3.21, 3), "+0.123 ± 3.2 %");
 }
 
+TEST(Numbers, AreNoPartOfNothing) {
+  Estimate estimate{.test = 0.5, .reference = 2.0, .difference = -1.5};
+  estimate.confidence = 0.01;
+  EXPECT_EQ(relative_difference(estimate), "-75 ± 0.5 %");
+  estimate.reference = 0.0;
+  EXPECT_EQ(relative_difference(estimate), "0.5 ± 0.01, not 0");
+}
+
 TEST(Tables, AreAlignedWhateverTheirLettersTakeInBytes) {
   EXPECT_EQ(table({"what", "how far"}, {{"12 µm", "±"}, {"x", "1"}}), R"(
 | what  | how far |

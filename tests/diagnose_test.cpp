@@ -397,6 +397,10 @@ TEST(Suspects, AreNotClaimedIfTheyExplainLittle) {
                        "too noisy to tell what: `two-sided-walls` comes first, but explains 10 %"));
   diagnosis.suspects.front().explained = 0.6;
   EXPECT_TRUE(contains(to_text(diagnosis, 0.01), "same as the reference with `two-sided-walls`"));
+  diagnosis.suspects.front().agreement.within = 3.0;
+  EXPECT_TRUE(contains(to_text(diagnosis, 0.01), "comes first, but explains 60 %"));
+  diagnosis.suspects.front().explained = 0.95;
+  EXPECT_TRUE(contains(to_text(diagnosis, 0.01), "like the reference with `two-sided-walls`"));
 }
 
 // Margins are wide where neighbours seem to share noise, which a wrong model's rest makes them do.
