@@ -49,7 +49,7 @@ jobs = $(shell nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)
 
 .PHONY: help deps page-deps node-deps configure build test python-test lint sanitize fuzz gate report package deb wheel core page \
   page-test bench references check-references stress stress-truth lamp-sampling power faults diagnose-study \
-  lesson-pictures lessons charts pictures page-picture clean
+  diagnose-others lesson-pictures lessons charts pictures page-picture clean
 
 help:
 	@echo "make deps    installs the libraries that are missing (Debian, Ubuntu)"
@@ -72,11 +72,12 @@ help:
 	@echo "make bench   measures the renderer's speed and noise"
 	@echo "make references        renders the stored ground truth with all programs (75 minutes)"
 	@echo "make check-references  compares what the installed programs draw today with it"
-	@echo "make stress        makes the tables of docs/stability.md (19 minutes)"
+	@echo "make stress        makes the tables of docs/stability.md (20 minutes)"
 	@echo "make stress-truth  has Mitsuba render the caustics that they are held against (5 minutes)"
 	@echo "make lamp-sampling  makes the tables of docs/lamp-sampling.md"
 	@echo "make faults         makes the tables of docs/faults.md"
-	@echo "make diagnose-study makes the tables of docs/diagnose.md (2 hours)"
+	@echo "make diagnose-study  makes the tables of docs/diagnose.md on how well it works (2 hours)"
+	@echo "make diagnose-others  makes its table of other programs' settings (5 minutes)"
 	@echo "make power          makes the table of docs/power.md (15 minutes)"
 	@echo "make lessons        makes pages of docs/lessons/ with live pictures: out/lessons/index.html"
 	@echo "make lesson-pictures  renders the pictures, plots and tables of docs/lessons/ (15 minutes)"
@@ -289,6 +290,9 @@ faults: build
 
 diagnose-study: build
 	python3 bench/diagnose_study.py build/plumb
+
+diagnose-others: build
+	python3 bench/diagnose_others.py build/plumb
 
 power: build
 	@mkdir -p out

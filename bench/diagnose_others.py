@@ -3,12 +3,14 @@
 
 """Writes what is said in docs/diagnose.md of pictures by other programs with settings of their own.
 
-    python3 bench/diagnose_others.py PLUMB
+    python3 bench/diagnose_others.py PLUMB    (which is 'make diagnose-others')
 
-Draws the Cornell box and the seed scene with Blender's Cycles, Mitsuba 3 and POV-Ray, as far as they are installed,
-and has PLUMB diagnose them. What was diagnosed is kept in out/diagnose_study, so that a run that was interrupted goes on.
+Draws the Cornell box and the seed scene with Blender's Cycles, Mitsuba 3 and POV-Ray, which have to be installed, and
+has PLUMB diagnose them. What was diagnosed is kept in out/diagnose_study/others.json, so that a run that was interrupted
+goes on; without that file it begins anew.
 """
 
+import importlib.util
 import shutil
 import subprocess
 import sys
@@ -16,10 +18,9 @@ import sys
 from diagnose_study import FOLDER, ROOT, SCENES, Study, scene_file, share
 
 DOCUMENT = ROOT / "docs" / "diagnose.md"
-BEGIN, END = "<!-- tables: made by 'python3 bench/diagnose_others.py build/plumb' -->\n", "<!-- end of others -->"
+BEGIN, END = "<!-- tables: made by 'make diagnose-others' -->\n", "<!-- end of others -->"
 SIDE = 128
 CYCLES_SAMPLES, MITSUBA_SAMPLES = 4096, 256  # the first is Blender's default, the other one usual
-PATHS = {"Cycles": "blender", "POV-Ray": "povray", "Mitsuba": "python3"}
 
 DIRECT = ("Ambient=0", "Diffuse_part=1", "Lamp=2")
 FLOATS = ("+FE", "+A")
@@ -37,11 +38,11 @@ PICTURES = (
     ("POV-Ray", "no radiosity, ambient light", (*FLOATS, *DIRECT[1:])),
     ("POV-Ray", "no radiosity, old gamma", (*FLOATS, *DIRECT, "Gamma=2.2")),
     ("POV-Ray", "`radiosity {}`", (*FLOATS, *DIRECT, "Radiosity=1")),
-    ("POV-Ray", "all", ()),
-    ("POV-Ray", "all, with `radiosity {}`", ("Radiosity=1",)),
-    ("POV-Ray", "all, but a lamp that fades with distance and angle, with `radiosity {}`",
+    ("POV-Ray", "`radiosity {}`, one light that fades with distance and angle, PNG",
      ("+A", "Ambient=0", "Diffuse_part=1", "Lamp=1", "Radiosity=1")),
-    ("POV-Ray", "all, with old gamma", ("Gamma=2.2",)),
+    ("POV-Ray", "all defaults", ()),
+    ("POV-Ray", "all defaults, with `radiosity {}`", ("Radiosity=1",)),
+    ("POV-Ray", "all defaults, with old gamma", ("Gamma=2.2",)),
 )
 
 
@@ -63,7 +64,8 @@ def by_cycles(study, scene, settings, picture):
 def by_mitsuba(_, scene, __, picture):
     original = scene_file(scene)
     copy = original.with_name("diagnose_others.xml")  # beside its meshes
-    copy.write_text(original.read_text("utf-8").replace('<rfilter type="box"/>', ""), "utf-8")
+    before, after = original.read_text("utf-8").split('<rfilter type="box"/>')
+    copy.write_text(before + after, "utf-8")
     try:
         run(sys.executable, ROOT / "other_renderers/plumbline_mitsuba.py", copy, "-o", picture, "--spp",
             MITSUBA_SAMPLES, "--size", f"{SIDE}x{SIDE}")
@@ -96,14 +98,17 @@ def said_of(study, scene, program, name, settings):
                           lambda picture: DRAW[program](study, scene, settings, picture),
                           FOLDER / ("other.png" if is_png else "other.exr"))
     verdict, line = (said + "\n").splitlines()[:2]
-    if not line:
-        return verdict
-    return line if " explains " in line else f"{line}; explains {share(said)}"
+    noise = "; noise shared" if "\nneighbouring pixels share noise" in said else ""
+    if not verdict.startswith("different"):
+        return verdict + noise
+    return (line if " explains " in line else f"{line}; explains {share(said)}") + noise
 
 
 def main():
-    study = Study(sys.argv[1])
-    missing = [program for program, word in PATHS.items() if not shutil.which(word)]
+    study = Study(sys.argv[1], "others.json")
+    missing = [program for program in ("blender", "povray") if not shutil.which(program)]
+    if not importlib.util.find_spec("mitsuba"):
+        missing.append("mitsuba")
     if missing:
         sys.exit(f"not installed: {', '.join(missing)}")
     rows = ["| picture | " + " | ".join(f"`{scene}`" for scene in SCENES) + " |\n", "|---" * 3 + "|\n"]

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 
-"""Writes the tables of docs/diagnose.md.
+"""Writes the tables of docs/diagnose.md on how well diagnosing works.
 
     python3 bench/diagnose_study.py PLUMB    (which is 'make diagnose-study')
 
@@ -49,10 +49,10 @@ UNKNOWN = {
 
 
 class Study:
-    def __init__(self, plumb):
+    def __init__(self, plumb, log="said.json"):
         self.plumb = pathlib.Path(plumb).resolve()
         FOLDER.mkdir(parents=True, exist_ok=True)
-        self.log = FOLDER / "said.json"
+        self.log = FOLDER / log
         self.said = json.loads(self.log.read_text("utf-8")) if self.log.exists() else {}
 
     def run(self, *words):

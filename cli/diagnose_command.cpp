@@ -30,8 +30,8 @@ struct Options {
   double tolerance = 0.01;
 };
 
-// What explains less is not claimed: that it is not refuted may be the noise, all the more so where
-// noise may hide all of some part.
+// What explains less is not claimed: that it is not refuted may be the noise, all the more so if
+// that may hide all of some part (within > 1).
 constexpr double worth_a_claim = 0.5, worth_a_claim_in_noise = 0.9;
 
 // What is shown of the suspects.

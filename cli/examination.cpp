@@ -30,10 +30,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double false_alarm = 1e-3;       // the chance that noise makes any answer wrong
-constexpr double few_pixels = 1e-3;        // of all: in so many, all of few samples may miss light
-constexpr int scene_seeds = 4;             // of a picture whose variance they tell
-constexpr int noise_seeds = 8;             // that tell whether noise is honest
+constexpr double false_alarm = 1e-3;  // the chance that noise makes any answer wrong
+constexpr double few_pixels = 1e-3;   // of all: few samples of so many may all have missed light
+constexpr int scene_seeds = 4;        // of a picture whose variance they tell
+constexpr int noise_seeds = 8;        // that tell whether noise is honest
 constexpr double most_of_a_run = 1 << 22;  // samples: some programs hold them in memory at once
 
 double pixels_of(const Question& question) {
@@ -240,8 +240,8 @@ void Examiner::ask_in_rounds(const Question& question, Answer& answer) {
     Judgement judgement;
     judgement.tolerance.value = terms_.tolerance;
     judgement.false_alarm = false_alarm_ / std::exp2(round + 1);
-    const bool is_estimate = !test.file_variances.empty();  // what a single pixel's noise is
-    judgement.max_outliers = {is_estimate ? 1.0 : few_pixels, true};
+    const bool is_guess = !test.file_variances.empty();  // noise, which tells little of one pixel
+    judgement.max_outliers = {is_guess ? 1.0 : few_pixels, true};
     judgement.floor = Amount{0.0, true};  // what tells no noise has none
     const Comparison comparison = compare(
         test, truth, channels, {0, 0, test.image.width, test.image.height}, regions, judgement);

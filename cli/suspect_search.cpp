@@ -204,15 +204,15 @@ std::vector<Suspect> SuspectSearch::best(std::vector<Suspect> suspects, size_t c
     std::ranges::sort(suspects, {}, by);
     size_t taken = 0;
     for (const Suspect& suspect : suspects) {
-      const bool is_out =
-          suspect.*by - out * suspect.*error > suspects.front().*by + out * score_.deviation(side);
+      const bool is_out = suspect.*by - clearly * suspect.*error >
+                          suspects.front().*by + clearly * score_.deviation(side);
       if (taken == count || (taken > 1 && is_out)) break;
       const auto is_like = [&](const Suspect& other) { return have_same_faults(suspect, other); };
       const auto is_known = [&](const Suspect& other) {
         return name_of(suspect) == name_of(other);
       };
       const auto suffices = [&](const Suspect& other) {
-        return adds_to(suspect, other) && other.*by - out * other.*error < suspect.*by;
+        return adds_to(suspect, other) && other.*by - clearly * other.*error < suspect.*by;
       };
       if (std::ranges::any_of(suspects, suffices)) continue;
       const bool is_new = std::ranges::none_of(those, is_known);
@@ -236,7 +236,7 @@ void SuspectSearch::rank(std::vector<Suspect>& suspects) const {
   for (const Suspect& suspect : suspects) {
     const auto suffices = [&](const Suspect& other) {
       return !other.agreement.is_refuted && adds_to(suspect, other) &&
-             other.*by - out * other.*error < suspect.*by;
+             other.*by - clearly * other.*error < suspect.*by;
     };
     const auto is_like = [&](const Suspect& better) { return have_same_faults(suspect, better); };
     if (std::ranges::none_of(suspects, suffices) && std::ranges::none_of(those, is_like)) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace plumb::cli {
@@ -74,15 +75,16 @@ bool adds_to(const Suspect& a, const Suspect& b) {
 
 void refute_what_is_worse(std::vector<Suspect>& suspects, double Suspect::* squares,
                           double Suspect::* deviation) {
+  const auto most = [&](const Suspect& suspect) {
+    return suspect.agreement.is_refuted ? suspect.*squares + clearly * suspect.*deviation
+                                        : std::numeric_limits<double>::infinity();
+  };
+  const auto best = std::ranges::min_element(suspects, {}, most);
   for (Suspect& suspect : suspects) {
-    const auto is_better = [&](const Suspect& other) {
-      return other.agreement.is_refuted &&
-             other.*squares + out * other.*deviation < suspect.*squares - out * suspect.*deviation;
-    };
-    const auto better = std::ranges::find_if(suspects, is_better);
-    if (suspect.agreement.is_refuted || better == suspects.end()) continue;
+    if (suspect.agreement.is_refuted) continue;
+    if (suspect.*squares - clearly * suspect.*deviation <= most(*best)) continue;
     suspect.agreement.is_refuted = true;
-    suspect.agreement.rest = "more than with " + name_of(*better);
+    suspect.agreement.rest = "more than with " + name_of(*best);
   }
 }
 

@@ -54,11 +54,11 @@ std::optional<Suspect> both(const Suspect& a, const Suspect& b);
 // Whether a has the faults that b has, and more.
 bool adds_to(const Suspect& a, const Suspect& b);
 
-// Suspects whose squares are above another one's by so many standard deviations of both are out.
-constexpr double out = 5.0;
+// Suspects whose squares are above another one's by so many standard deviations of both are worse.
+constexpr double clearly = 5.0;
 
-// Of these squares, with those deviations: what is above something that is refuted is refuted, too,
-// however wide its own margins are.
+// Of these squares, with those deviations: what is clearly worse than something that is refuted is
+// refuted, too, however wide its own margins are.
 void refute_what_is_worse(std::vector<Suspect>& suspects, double Suspect::* squares,
                           double Suspect::* deviation);
 

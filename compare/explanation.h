@@ -72,7 +72,7 @@ struct Agreement {
   // The averages over the image and all regions surely differ by no more, as a part of what is
   // judged (see Amount).
   double within = 0;
-  std::string rest;  // the clearest difference, if it is refuted
+  std::string rest;  // the clearest difference, or what fits better, if it is refuted
 };
 
 // `by_neighbours` says that the test's noise is as those tell: then no single pixel counts. If

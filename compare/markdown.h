@@ -14,7 +14,7 @@ using TableRow = std::vector<std::string>;
 // rows it is empty. Every row has as many cells as the head.
 std::string table(const TableRow& head, const std::vector<TableRow>& rows);
 
-// A number with so many digits, without an exponent.
+// A number with so many significant digits; a large one without an exponent.
 std::string rounded(double value, int digits);
 
 // A part of a whole in per cent with two digits; "-" if the whole is 0.

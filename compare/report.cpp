@@ -345,7 +345,7 @@ Json to_json(const Comparison& comparison, const ComparedFiles& files) {
 }
 
 std::string relative_difference(const Estimate& e) {
-  if (e.reference == 0.0) return fmt::format("{:.3g} ± {:.2g}, not 0", e.test, e.confidence);
+  if (e.reference == 0.0) return rounded(e.test, 3) + " ± " + rounded(e.confidence, 2) + ", not 0";
   const double unit = std::abs(e.reference) / 100.0;
   return percent_with_error(e.difference / unit, e.confidence / unit, 3);
 }

@@ -626,6 +626,8 @@ TEST(Numbers, AreNoPartOfNothing) {
   Estimate estimate{.test = 0.5, .reference = 2.0, .difference = -1.5};
   estimate.confidence = 0.01;
   EXPECT_EQ(relative_difference(estimate), "-75 ± 0.5 %");
+  estimate.reference = -2.0;
+  EXPECT_EQ(relative_difference(estimate), "-75 ± 0.5 %");
   estimate.reference = 0.0;
   EXPECT_EQ(relative_difference(estimate), "0.5 ± 0.01, not 0");
 }

@@ -105,7 +105,7 @@ public class SunflowSampler implements ImageSampler {
     for (int x = 0; x < width; ++x) {
       double[] sum = new double[3];
       for (int sample = 0; sample < spp; ++sample) {
-        // Halton's sequence from a random place on is as good as random numbers.
+        // Halton's sequence begins at a random place for each sample, so these are independent.
         var shaded = scene.getRadiance(state, (float) (x + random.nextDouble()),
             (float) (y + random.nextDouble()), 0.5, 0.5, 0.5, random.nextInt(1 << 30), FIRST_DIMENSION, null);
         if (shaded == null) continue;

@@ -10,6 +10,7 @@ import json
 import math
 import pathlib
 import subprocess
+import sys
 import threading
 import time
 
@@ -79,6 +80,8 @@ def material_of(name, shape, is_sampled):
     if material["kind"] == "matte":
         return matte(name, material)
     if material["kind"] == "glass":
+        if any(value != 1 for value in [*material["reflectance"], *material["transmittance"]]):
+            sys.exit("tinted glass is not supported")
         return record("void", "dielectric", name, values=[1, 1, 1, material["ior"], 0])
     return metal(name, material)
 
@@ -129,7 +132,7 @@ def points_of(points, extent):
 
 
 def is_bent(shape):
-    """It bends light on the way to lamps."""
+    """Light on its way to lamps is refracted, or reflected by a round mirror."""
     return shape["material"]["kind"] == "glass" or (shape["material"]["kind"] == "metal" and "sphere" in shape)
 
 
@@ -172,6 +175,8 @@ def render(camera, options, spp):
         total = numpy.zeros((camera["height"], camera["width"], 3))
         for _ in range(spp):
             values = process.stdout.read(4 * total.size)
+            if len(values) < 4 * total.size:
+                sys.exit("rtrace ended early")
             total += numpy.frombuffer(values, "<f4").reshape(total.shape)
         writer.join()
     if process.returncode != 0:

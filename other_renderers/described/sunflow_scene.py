@@ -10,6 +10,7 @@ import json
 import math
 import pathlib
 import subprocess
+import sys
 
 LIBRARY = "/usr/share/java/sunflow.jar"
 SPECULAR_DEPTH = 60
@@ -53,6 +54,8 @@ def shader_of(name, material):
         return parameter("color", "diffuse", reflectance) + f"shader {name} {kind}\n"
     if material["kind"] == "metal":
         return parameter("color", "color", reflectance) + f"shader {name} mirror\n"
+    if reflectance != material["transmittance"]:
+        sys.exit("glass whose reflectance is not its transmittance is not supported")
     return (parameter("color", "color", reflectance) + parameter("float", "eta", [material["ior"]])
             + f"shader {name} glass\n")
 
@@ -70,6 +73,8 @@ def lamp_of(name, shape):
         if not any(shape["material"]["reflectance"]):
             return text + f"light {name} triangle_mesh\n"
         return text + parameter("color", "diffuse", shape["material"]["reflectance"]) + f"light {name} reflecting_lamp\n"
+    if any(shape["material"]["reflectance"]):
+        sys.exit("round lamps that reflect are not supported")
     ball = shape["sphere"]
     return (text + parameter("point", "center", ball["center"]) + parameter("float", "radius", [ball["radius"]])
             + f"light {name} sphere\n")

@@ -32,7 +32,7 @@ after +- stands the standard error.
 
 The cause seems to be in srcsupp.c: fsetsrc() gives lamps of four corners their own sides to be sampled along, but those of
 three a square about the middle whose half side is the distance to the nearest edge. All light of the lamp then comes from
-there, as if it were bunched in the middle. That square alone, integrated, would give 2.279 for one triangle.
+there, as if it were bunched in the middle. That square alone, integrated aside, gives 2.279 for one triangle.
 """
 import math
 import pathlib

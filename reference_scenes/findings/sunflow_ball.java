@@ -4,8 +4,8 @@
 //
 // A matte ball of radius 1 that reflects a half, and a lamp without size and of intensity 1 in its middle, from where the
 // camera looks; light is reflected once. The same with a flat wall at distance 1 in place of the ball. Then a ball that
-// shows 0.25 around a small one, or a small square, that shows 1 and is right before the camera; the outer ball has two
-// names, after which sunflow orders what it tries.
+// shows 0.25 around a small one, or a small square, that shows 1 and is right before the camera; the outer ball is
+// named in two ways, one after the other, since sunflow orders what it tries by name.
 //
 //	java -cp /usr/share/java/sunflow.jar sunflow_ball.java
 //
