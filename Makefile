@@ -40,7 +40,7 @@ node_tools := nodejs npm chromium firefox-esr
 quick_tests := $(addsuffix _test,image film scene_reader scene_file compare assessment)
 
 # Files whose first line, or the one after "#!", names the licence.
-licensed := Containerfile action.yml '*.cpp' '*.h' '*.h.in' '*.inc' '*.py' '*.sh' '*.js' '*.css' '*.cmake' '*CMakeLists.txt'
+licensed := Containerfile action.yml '*.cpp' '*.h' '*.h.in' '*.inc' '*.go' '*.java' '*.py' '*.sh' '*.js' '*.css' '*.cmake' '*CMakeLists.txt'
 
 scenes := cornell seed spheres metals
 
